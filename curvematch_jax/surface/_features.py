@@ -1,0 +1,109 @@
+"""Feature points: where two distance fields, grown from the ends of the surface's diameter, both have an extremum."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ._fields import Geodesics
+from ._mesh import Mesh
+from ._topology import edges, label_components
+
+_STARTS = 4
+
+
+class Features(NamedTuple):
+    """Feature points of a surface and its geodesic diameter."""
+
+    vertices: np.ndarray  # (P,) in the order in which they were accepted
+    diameter: float  # in mesh units
+    ends: tuple[int, int]  # v1, v2
+    fallback: bool  # no point satisfied the definition, so these are the ends of the diameter
+
+
+def diameter_pair(mesh: Mesh, geodesics: Geodesics) -> tuple[int, int, float]:
+    """The two vertices farthest apart, and their distance in mesh units.
+
+    A sweep goes to the vertex farthest from where it stands, until that distance stops growing. The first
+    starts from the vertex farthest from the centroid, each of the others from the vertex that is farthest
+    from all the vertices at which earlier sweeps stood. Ties go to the lower index.
+    """
+    start = int(np.argmax(np.linalg.norm(mesh.vertices - mesh.vertices.mean(axis=0), axis=1)))
+    best = (start, start, 0.0)
+    nearest = np.full(len(mesh.vertices), np.inf)
+    for _ in range(_STARTS):
+        found, visited = _sweep(geodesics, start)
+        best = max(best, found, key=lambda pair: pair[2])
+        for vertex in visited:
+            nearest = np.minimum(nearest, geodesics(vertex))
+        start = int(np.argmax(nearest))
+    return best
+
+
+def _sweep(geodesics: Geodesics, start: int) -> tuple[tuple[int, int, float], list[int]]:
+    visited = [start]
+    best = (start, start, 0.0)
+    while True:
+        here = visited[-1]
+        field = geodesics(here)
+        there = int(np.argmax(field))
+        if field[there] <= best[2]:
+            return best, visited
+        best = (here, there, float(field[there]))
+        visited.append(there)
+
+
+def local_extrema(faces: np.ndarray, field: np.ndarray) -> np.ndarray:
+    """Vertices where `field` `(v,)` is strictly higher, or strictly lower, than on the whole one-ring, ascending.
+
+    Connected vertices of equal value count as one place: a plateau that is higher (lower) than everything
+    around it gives its lowest-numbered vertex.
+    """
+    ends = edges(faces).ends
+    count = len(field)
+    level = field[ends[:, 0]] == field[ends[:, 1]]
+    number, plateau = label_components(count, ends[level])
+    up = plateau[ends[~level]]
+    higher = field[ends[~level]]
+    swap = higher[:, 0] > higher[:, 1]
+    low, high = np.where(swap, up[:, 1], up[:, 0]), np.where(swap, up[:, 0], up[:, 1])
+    has_above, has_below = np.zeros(number, dtype=bool), np.zeros(number, dtype=bool)
+    has_above[low] = True
+    has_below[high] = True
+    _, first = np.unique(plateau, return_index=True)
+    return np.sort(first[has_above ^ has_below])
+
+
+def feature_points(mesh: Mesh, geodesics: Geodesics, epsilon: float) -> Features:
+    """Feature points of a closed, connected mesh (Tabia et al., IEEE PAMI 33(4), 2011, section 3).
+
+    `f1` and `f2` are the distances from the ends `v1`, `v2` of the diameter, `F1` and `F2` their local extrema. A
+    vertex of `F1` is a candidate when a vertex of `F2` lies within `epsilon` of it. The definition leaves open which
+    of several candidates within `epsilon` of each other stays: here they are accepted farthest first. The first is
+    the candidate with the largest mean distance to the surface, each next one the candidate farthest
+    from those accepted, until none is more than `epsilon` away from them. Ties go to the lower vertex index.
+
+    When no candidate exists the ends of the diameter are the feature points, and `fallback` is set.
+
+    Args:
+        geodesics: the distance fields of `mesh`.
+        epsilon: in geodesic diameters.
+    """
+    v1, v2, diameter = diameter_pair(mesh, geodesics)
+    first = local_extrema(mesh.faces, geodesics(v1))
+    second = local_extrema(mesh.faces, geodesics(v2))
+    reach = epsilon * diameter
+    candidates = [v for v in first.tolist() if geodesics(v)[second].min() <= reach]
+    if not candidates:
+        return Features(np.array([v1, v2]), diameter, (v1, v2), True)
+    fields = np.stack([geodesics(v) for v in candidates])
+    order = _farthest_first(fields[:, candidates], fields.mean(axis=1), reach)
+    return Features(np.array(candidates)[order], diameter, (v1, v2), False)
+
+
+def _farthest_first(between: np.ndarray, remoteness: np.ndarray, reach: float) -> list[int]:
+    accepted = [int(np.argmax(remoteness))]
+    nearest = between[accepted[0]].copy()
+    while nearest.max() > reach:
+        accepted.append(int(np.argmax(nearest)))
+        nearest = np.minimum(nearest, between[accepted[-1]])
+    return accepted

@@ -1,0 +1,65 @@
+"""The triangle mesh that everything else in `surface` takes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+class MeshError(ValueError):
+    """A mesh, or a mesh file, that cannot be used; the message says what was found and what to do."""
+
+
+class MeshIndexError(MeshError, IndexError):
+    """A face that names a vertex which does not exist."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A triangle mesh, checked when it is made; its arrays are read-only copies.
+
+    Args:
+        vertices: `(v, 3)`, any finite numbers; the unit is the caller's (everything here is scale-free).
+        faces: `(f, 3)` vertex indices, from 0.
+        name: what messages call the mesh.
+
+    Raises:
+        MeshError: wrong shapes, no face, or coordinates that are not finite. An index out of range
+            raises a `MeshError` that is an `IndexError` too.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        label = self.name or "mesh"
+        object.__setattr__(self, "vertices", _checked_vertices(self.vertices, label))
+        object.__setattr__(self, "faces", _checked_faces(self.faces, len(self.vertices), label))
+
+
+def _checked_vertices(vertices: np.ndarray, label: str) -> np.ndarray:
+    vertices = np.array(vertices, dtype=np.float64)
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or not len(vertices):
+        raise MeshError(f"{label}: vertices must have shape (v, 3) with v >= 1, found {vertices.shape}")
+    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    if len(bad):
+        raise MeshError(f"{label}: {len(bad)} vertices are not finite, the first is vertex {bad[0]}; remove them first")
+    vertices.setflags(write=False)
+    return vertices
+
+
+def _checked_faces(faces: np.ndarray, count: int, label: str) -> np.ndarray:
+    given = np.asarray(faces)
+    if given.ndim != 2 or given.shape[1] != 3 or not len(given):
+        raise MeshError(f"{label}: faces must have shape (f, 3) with f >= 1, found {given.shape}")
+    if given.dtype.kind not in "iu":
+        raise MeshError(f"{label}: faces must hold integers, found {given.dtype}")
+    outside = np.flatnonzero((given < 0).any(axis=1) | (given >= count).any(axis=1))
+    if len(outside):
+        row = outside[0]
+        raise MeshIndexError(
+            f"{label}: face {row} is {given[row].tolist()}, but the vertices are numbered 0 to {count - 1}"
+        )
+    checked = given.astype(np.int64)
+    checked.setflags(write=False)
+    return checked

@@ -1,0 +1,86 @@
+"""Object File Format. trimesh drops what a truncated file lacks and puts quads after triangles; this reader does not."""
+
+import re
+
+import numpy as np
+
+from ._mesh import MeshError
+
+_HEADER = re.compile(r"(?:ST)?C?N?OFF\b", re.ASCII)
+
+
+def parse_off(text: str) -> tuple[np.ndarray, np.ndarray]:
+    """Read the text of an OFF file (also COFF, NOFF, STOFF and their mixtures).
+
+    Counts may follow the keyword on its line; comments, colours, normals and texture coordinates are
+    skipped; polygons become fans, in the order of the file; faces of fewer than three corners are skipped.
+
+    Returns:
+        vertices `(v, 3)` float64 and faces `(f, 3)` int64. The indices are not checked here.
+
+    Raises:
+        MeshError: what is missing or malformed.
+    """
+    lines = _content_lines(text)
+    counts, lines = _counts(lines)
+    vertex_count, face_count = counts
+    if len(lines) < vertex_count + face_count:
+        raise MeshError(
+            f"truncated: it announces {vertex_count} vertices and {face_count} faces, "
+            f"but only {len(lines)} lines of data follow"
+        )
+    vertices = _vertices(lines[:vertex_count])
+    faces = _faces(lines[vertex_count : vertex_count + face_count])
+    return vertices, faces
+
+
+def _content_lines(text: str) -> list[str]:
+    stripped = (line.partition("#")[0].strip() for line in text.splitlines())
+    return [line for line in stripped if line]
+
+
+def _counts(lines: list[str]) -> tuple[tuple[int, int], list[str]]:
+    header = _HEADER.match(lines[0]) if lines else None
+    if header is None:
+        raise MeshError("not an OFF file: it does not start with the keyword OFF")
+    rest = lines[0][header.end() :].strip()
+    if "BINARY" in rest.upper():
+        raise MeshError("binary OFF is not supported; convert it to text OFF, PLY or OBJ")
+    lines = [rest, *lines[1:]] if rest else lines[1:]
+    words = lines[0].split() if lines else []
+    if len(words) not in (2, 3) or not all(word.isascii() and word.isdigit() for word in words):
+        raise MeshError("malformed OFF: the counts of vertices, faces and edges do not follow the keyword")
+    return (int(words[0]), int(words[1])), lines[1:]
+
+
+def _vertices(lines: list[str]) -> np.ndarray:
+    rows = [line.split()[:3] for line in lines]
+    try:
+        return np.array(rows, dtype=np.float64).reshape(len(rows), 3)
+    except ValueError:
+        bad = next(i for i, row in enumerate(rows) if not _is_point(row))
+        raise MeshError(f"malformed OFF: vertex {bad} reads {' '.join(rows[bad])!r}, not three numbers") from None
+
+
+def _is_point(words: list[str]) -> bool:
+    try:
+        return len([float(word) for word in words]) == 3
+    except ValueError:
+        return False
+
+
+def _faces(lines: list[str]) -> np.ndarray:
+    triangles: list[list[str]] = []
+    for number, line in enumerate(lines):
+        words = line.split()
+        corners = words[1 : int(words[0]) + 1] if words[0].isdecimal() else []
+        if not words[0].isdecimal() or len(corners) != int(words[0]):
+            raise MeshError(f"malformed OFF: face {number} reads {line[:40]!r}")
+        if len(corners) == 3:
+            triangles.append(corners)
+        else:
+            triangles += [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
+    try:
+        return np.array(triangles, dtype=np.int64).reshape(-1, 3)
+    except (ValueError, OverflowError):
+        raise MeshError("malformed OFF: a face has a corner that is not a vertex number") from None

@@ -1,0 +1,146 @@
+"""Connectivity of triangle meshes: edges, components, cuts, orientation. Pure functions of index arrays."""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+
+class Edges(NamedTuple):
+    """Undirected edges of `f` faces. Half-edge `k * f + i` leaves corner `k` of face `i`."""
+
+    ends: np.ndarray  # (e, 2) vertex indices, ascending in each row
+    of_halfedge: np.ndarray  # (3 f,) the edge of each half-edge
+    count: np.ndarray  # (e,) faces on each edge
+    forward: np.ndarray  # (3 f,) bool, the half-edge runs from ends[:, 0] to ends[:, 1]
+
+
+def edges(faces: np.ndarray) -> Edges:
+    """Every undirected edge once, sorted, with the half-edges on it."""
+    tail = faces.T.ravel()
+    head = faces[:, [1, 2, 0]].T.ravel()
+    base = int(faces.max()) + 1
+    key = np.minimum(tail, head) * base + np.maximum(tail, head)
+    unique, of_halfedge, count = np.unique(key, return_inverse=True, return_counts=True)
+    return Edges(np.stack([unique // base, unique % base], axis=1), of_halfedge, count, tail < head)
+
+
+def label_components(count: int, pairs: np.ndarray) -> tuple[int, np.ndarray]:
+    """Connected components of `count` nodes joined by `pairs` `(p, 2)`: their number, and a label for each node."""
+    ones = np.ones(len(pairs), dtype=bool)
+    graph = sp.coo_matrix((ones, (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    number, labels = connected_components(graph, directed=False)
+    return int(number), labels
+
+
+def compact(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Drop the vertices that no face uses; the others keep their order."""
+    used = np.zeros(len(vertices), dtype=bool)
+    used[faces.ravel()] = True
+    return vertices[used], (np.cumsum(used) - 1)[faces]
+
+
+def weld(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+    """Merge vertices of exactly the same coordinates into the first of them; also returns how many went."""
+    rows = np.ascontiguousarray(vertices + 0.0)  # -0.0 and 0.0 are one place
+    _, first, group = np.unique(rows.view("V24").ravel(), return_index=True, return_inverse=True)
+    if len(first) == len(vertices):
+        return vertices, faces, 0
+    keep = np.sort(first)
+    return vertices[keep], np.searchsorted(keep, first)[group][faces], len(vertices) - len(keep)
+
+
+def neighbour_pairs(faces: np.ndarray, table: Edges) -> tuple[np.ndarray, np.ndarray]:
+    """Faces that share a two-face edge: the half-edges `(p, 2)` of each such edge, and their faces `(p, 2)`."""
+    manifold = np.flatnonzero(table.count[table.of_halfedge] == 2)
+    order = manifold[np.argsort(table.of_halfedge[manifold], kind="stable")]
+    halfedges = order.reshape(-1, 2)
+    return halfedges, halfedges % len(faces)
+
+
+def split_nonmanifold(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+    """Cut along edges of three or more faces, and at vertices where separate fans of faces meet (bow-ties).
+
+    Two corners stay one vertex only when a chain of two-face edges around that vertex joins them.
+    Also returns how many vertices were added.
+    """
+    table = edges(faces)
+    halfedges, _ = neighbour_pairs(faces, table)
+    size = len(faces)
+    corner, face = np.divmod(halfedges, size)
+    tails = corner * size + face
+    heads = (corner + 1) % 3 * size + face
+    vertex_of = faces.T.ravel()
+    same = vertex_of[tails[:, 0]] == vertex_of[tails[:, 1]]  # two faces of opposite orientation run the same way
+    joined = np.concatenate(
+        [
+            np.stack([tails[:, 0], np.where(same, tails[:, 1], heads[:, 1])], axis=1),
+            np.stack([heads[:, 0], np.where(same, heads[:, 1], tails[:, 1])], axis=1),
+        ]
+    )
+    number, labels = label_components(3 * size, joined)
+    added = number - len(np.unique(vertex_of))
+    if not added:
+        return vertices, faces, 0
+    _, first, labels = np.unique(labels, return_index=True, return_inverse=True)
+    keep_order = np.argsort(vertex_of[first], kind="stable")
+    rank = np.empty_like(keep_order)
+    rank[keep_order] = np.arange(number)
+    return vertices[vertex_of[first[keep_order]]], rank[labels].reshape(3, size).T, added
+
+
+def orient(faces: np.ndarray) -> tuple[np.ndarray, int, bool]:
+    """Make neighbours across two-face edges run the same way round; returns faces, flips, and whether it was possible.
+
+    Every face stands twice in a graph, as it is and flipped; joining what agrees across an edge leaves two
+    components for a surface that has two sides and one for a surface that has not.
+    """
+    table = edges(faces)
+    halfedges, pairs = neighbour_pairs(faces, table)
+    size = len(faces)
+    agree = table.forward[halfedges[:, 0]] != table.forward[halfedges[:, 1]]
+    first, second = pairs[:, 0], pairs[:, 1] + np.where(agree, 0, size)
+    swapped = (second + size) % (2 * size)
+    _, labels = label_components(2 * size, np.stack([np.r_[first, first + size], np.r_[second, swapped]], axis=1))
+    as_is, flipped = labels[:size], labels[size:]
+    two_sided = not (as_is == flipped).any()
+    flip = as_is > flipped
+    patch = np.minimum(as_is, flipped)
+    patch_size = np.bincount(patch)
+    flip ^= (np.bincount(patch, weights=flip) * 2 > patch_size)[patch]  # the fewest flips
+    return np.where(flip[:, None], faces[:, ::-1], faces), int(flip.sum()), two_sided
+
+
+def face_components(faces: np.ndarray) -> tuple[int, np.ndarray]:
+    """Components of faces joined through shared vertices."""
+    number, labels = label_components(int(faces.max()) + 1, np.concatenate([faces[:, :2], faces[:, 1:]]))
+    del number
+    present, of_face = np.unique(labels[faces[:, 0]], return_inverse=True)
+    return len(present), of_face
+
+
+def boundary_edge_count(faces: np.ndarray) -> int:
+    """Edges that have one face only."""
+    return int((edges(faces).count == 1).sum())
+
+
+def is_closed_manifold(vertices: np.ndarray, faces: np.ndarray) -> bool:
+    """Every edge has two faces of opposite direction, every vertex one fan, and every vertex is used."""
+    table = edges(faces)
+    if not (table.count == 2).all() or len(np.unique(faces)) != len(vertices):
+        return False
+    directions = np.bincount(table.of_halfedge, weights=table.forward)
+    return bool((directions == 1).all()) and split_nonmanifold(vertices, faces)[2] == 0
+
+
+def face_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Area of each face, in squared mesh units."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
+
+def signed_volume(vertices: np.ndarray, faces: np.ndarray) -> float:
+    """Enclosed volume, positive when the faces run counter-clockwise seen from outside."""
+    a, b, c = (vertices[faces[:, k]] - vertices.mean(axis=0) for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
