@@ -12,4 +12,4 @@ if os.environ.get("CURVEMATCH_TEST_PLAIN", "0") in ("", "0"):
     jax.config.update("jax_numpy_dtype_promotion", "strict")
     jax.config.update("jax_numpy_rank_promotion", "raise")
     # Before the first import of the package. Not a context: the modules that load lazily are checked as well.
-    install_import_hook("curvematch_jax", "beartype.beartype")
+    install_import_hook("curvematch_jax", "typechecker.checked")
