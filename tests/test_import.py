@@ -1,8 +1,12 @@
 """Importing the package is light: it loads no mesh library, no plotting, and touches no JAX setting."""
 
+import ast
 import json
 import subprocess
 import sys
+from pathlib import Path
+
+import pytest
 
 HEAVY = [
     "fast_simplification",
@@ -51,3 +55,37 @@ def test_import_without_mesh_libraries_is_light_and_sets_no_flag():
     assert not set(seen["modules"]) & set(HEAVY)
     assert seen["missing"] == []
     assert "curvematch_jax" in seen["modules"]
+
+
+PACKAGE = Path(__file__).parents[1] / "curvematch_jax"
+
+# What each part of the package never imports (docs/architecture.md), wherever in its files.
+NEVER = {
+    "elastic": {"surface", "retrieval", "datasets", "cli", "pictures", "trimesh", "potpourri3d", "gpytoolbox"},
+    "surface": {"elastic", "retrieval", "datasets", "cli", "pictures", "jax", "optimistix"},
+    "datasets": {"elastic", "retrieval", "cli", "pictures", "jax"},
+    "retrieval": {"datasets", "cli", "pictures"},
+}
+
+
+def _imported(module: Path) -> set[str]:
+    """Names of the package's parts and of the other packages that a module imports."""
+    names = set()
+    for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            dotted = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            dotted = [node.module or "", *(f"{node.module or ''}.{alias.name}" for alias in node.names)]
+            dotted = [name.removeprefix(".") for name in dotted] if node.level > 1 or not node.level else []
+        else:
+            continue
+        names |= {name.removeprefix("curvematch_jax.").partition(".")[0] for name in dotted}
+    return names
+
+
+@pytest.mark.parametrize("part", NEVER)
+def test_packages_import_only_what_the_architecture_allows(part):
+    modules = list((PACKAGE / part).rglob("*.py"))
+    assert modules
+    broken = {module.name: sorted(_imported(module) & NEVER[part]) for module in modules}
+    assert {name: found for name, found in broken.items() if found} == {}

@@ -4,7 +4,7 @@ import csv
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-MESH_SUFFIXES = (".off", ".obj", ".ply", ".stl", ".glb", ".gltf", ".3mf", ".dae")
+MESH_SUFFIXES = (".off", ".obj", ".ply", ".stl", ".glb", ".gltf")
 
 _LABEL_FILE = "labels.csv"
 _LISTED = 5
