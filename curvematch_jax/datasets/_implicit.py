@@ -26,7 +26,7 @@ def surface(capsules: Capsules, vertices: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def signed_distance(capsules: Capsules, points: np.ndarray, margin: float) -> np.ndarray:
-    """Approximate distance of points (p, 3) to the blended union, negative inside; at least `margin` beyond it.
+    """Approximate distance of points (p, 3) to the blended union, negative inside; no more than `margin`.
 
     Capsules join one after the other by the polynomial smooth minimum (Quilez, "smooth minimum"), each with a
     fillet in proportion to its thickness: so a finger does not web with its neighbour.
@@ -40,7 +40,7 @@ def signed_distance(capsules: Capsules, points: np.ndarray, margin: float) -> np
         near = np.flatnonzero(np.all((points >= low) & (points <= high), axis=1))
         new = _capsule(points[near], start, tip, radii, normal, flat)
         value[near] = _smooth_minimum(value[near], new, fillet)
-    return np.minimum(value, margin) if np.isfinite(margin) else value
+    return np.minimum(value, margin)
 
 
 def _capsule(
