@@ -12,15 +12,15 @@ Progress: TypeAlias = bool | Report
 def reporter(progress: Progress, label: str, unit: str) -> Report:
     """What to call with `(done, total)` as the work goes on.
 
-    **Arguments:**
+    Arguments:
+        progress: `False` reports nothing, `True` shows a bar with its rate on stderr, and a callable is
+            called with `(done, total)` itself.
+        label: what is being done, shown before the bar.
+        unit: what is being counted, shown behind the rate.
 
-    - `progress`: `False` reports nothing, `True` shows a bar with its rate on stderr, and a callable is
-        called with `(done, total)` itself.
-    - `label`: what is being done, shown before the bar.
-    - `unit`: what is being counted, shown behind the rate.
-
-    **Returns:** a function of `(done, total)`. The bar appears with its first call and closes when `done`
-    reaches `total`.
+    Returns:
+        a function of `(done, total)`. The bar appears with its first call and closes when `done`
+        reaches `total`.
     """
     if callable(progress):
         return progress

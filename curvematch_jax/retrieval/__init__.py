@@ -1,28 +1,33 @@
 """Parts in, rankings and their quality out."""
 
 from ._evaluation import GradedScores, Scores, evaluate, evaluate_graded
+from ._matching import Matching
+from ._matrix import dissimilarity_matrix
+from ._ranking import Ranking, rank
 from ._store import (
     SavedMatrix,
     distinct_names,
     load_collection,
     load_matrix,
     load_parts,
-    require_same_settings,
     save_matrix,
     save_parts,
 )
 
 __all__ = [
     "GradedScores",
+    "Matching",
+    "Ranking",
     "SavedMatrix",
     "Scores",
+    "dissimilarity_matrix",
     "distinct_names",
     "evaluate",
     "evaluate_graded",
     "load_collection",
     "load_matrix",
     "load_parts",
-    "require_same_settings",
+    "rank",
     "save_matrix",
     "save_parts",
 ]

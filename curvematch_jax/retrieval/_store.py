@@ -15,6 +15,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -46,14 +47,16 @@ class SavedMatrix:
 
 def save_parts(parts: Parts, path: str | os.PathLike[str]) -> None:
     """Write parts to a `.npz` file, replacing what is there; folders are made as needed."""
-    arrays = {name: getattr(parts, name) for name in _ARRAYS}
-    text = {
+    fields: dict[str, Any] = {name: getattr(parts, name) for name in _ARRAYS}
+    fields |= {
+        "format": PARTS_FORMAT,
         "name": parts.name,
+        "diameter": parts.diameter,
         "settings": json.dumps(dataclasses.asdict(parts.settings)),
         "notes": json.dumps(parts.notes),
     }
     with _replacing(Path(path)) as temporary, temporary.open("wb") as file:
-        np.savez(file, format=PARTS_FORMAT, diameter=parts.diameter, **arrays, **text)
+        np.savez(file, **fields)
 
 
 def load_parts(path: str | os.PathLike[str]) -> Parts:
@@ -157,11 +160,14 @@ def load_matrix(path: str | os.PathLike[str]) -> SavedMatrix:
     return SavedMatrix(values, names, attributes["settings"], tuple(attributes["notes"]))
 
 
-def distinct_names(paths: Sequence[str | os.PathLike[str]]) -> list[str]:
+def distinct_names(paths: Sequence[str | os.PathLike[str]], least: int | Sequence[int] = 1) -> list[str]:
     """The shortest end of each path that tells it from the others.
 
     A file's own name if no other file has it; with as many of its folders as it takes if another does. The same file
     given again gets `#2`, `#3`.
+
+    Arguments:
+        least: how many pieces of the path a name has at least, for all or for each.
     """
     whole = [Path(path).resolve().parts for path in paths]
     namesakes: defaultdict[str, set[tuple[str, ...]]] = defaultdict(set)
@@ -169,9 +175,9 @@ def distinct_names(paths: Sequence[str | os.PathLike[str]]) -> list[str]:
         namesakes[parts[-1]].add(parts)
     seen: Counter[tuple[str, ...]] = Counter()
     names = []
-    for parts in whole:
+    for parts, shortest in zip(whole, np.broadcast_to(least, len(whole)).tolist(), strict=True):
         others = namesakes[parts[-1]] - {parts}
-        length = next(n for n in range(1, len(parts) + 1) if all(other[-n:] != parts[-n:] for other in others))
+        length = next(n for n in range(shortest, len(parts) + 1) if all(other[-n:] != parts[-n:] for other in others))
         seen[parts] += 1
         names.append("/".join(parts[-length:]) + (f"#{seen[parts]}" if seen[parts] > 1 else ""))
     return names

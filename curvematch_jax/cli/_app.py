@@ -1,0 +1,168 @@
+"""The commands, their arguments and options, and how errors end."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ..elastic import Aligner
+from ..retrieval import Matching
+from ..surface import Extraction
+from . import _commands
+from ._demo import run_demo
+from ._jax import configure_jax
+from ._output import Output, complain
+from ._workers import cores, one_line
+
+USAGE = 2
+_INTERRUPTED = 130
+
+# typer's errors in its arguments: click's class, or that of the copy of click inside typer, by version.
+_UsageProblem: Any = typer.BadParameter.__mro__[2]
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+
+
+class Preset(StrEnum):
+    """The named `Matching` settings."""
+
+    best = "best"
+    accurate = "accurate"
+    paper = "paper"
+
+    def matching(self) -> Matching:
+        if self is Preset.paper:
+            return Matching.paper()
+        return Matching(aligner=Aligner.accurate()) if self is Preset.accurate else Matching()
+
+
+class FieldName(StrEnum):
+    """The geodesic solvers of `Extraction`."""
+
+    heat = "heat"
+    fast_marching = "fast_marching"
+
+
+_DEFAULT = Extraction()
+_FIELD = FieldName(_DEFAULT.field)
+_CORES = cores()
+
+Meshes = Annotated[list[Path], typer.Argument(metavar="MESHES...", help="Mesh files, or folders of them.")]
+Jobs = Annotated[int, typer.Option(min=1, show_default="all cores", help="Worker processes for the extraction.")]
+Strict = Annotated[bool, typer.Option("--strict", help="Exit with status 1 when an input could not be used.")]
+Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout instead of text.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no notes; failures are still reported.")]
+PresetOption = Annotated[
+    Preset,
+    typer.Option(help="How parts are matched: best; accurate, a finer and slower alignment; paper, as published."),
+]
+
+
+@app.callback()
+def _setup() -> None:
+    """Find 3D shapes that are alike, bent or in part, by the elastic shapes of their geodesic level curves."""
+
+
+@app.command()
+def parts(
+    meshes: Meshes,
+    out: Annotated[Path, typer.Option(metavar="PARTS_DIR", help="Folder for the parts, one file a mesh.")],
+    epsilon: Annotated[float, typer.Option(help="Least distance of feature points, in diameters.")] = _DEFAULT.epsilon,
+    radius: Annotated[float, typer.Option(help="Reach of a part, in diameters.")] = _DEFAULT.radius,
+    levels: Annotated[int, typer.Option(help="Level curves of a part.")] = _DEFAULT.levels,
+    samples: Annotated[int, typer.Option(help="Points on a curve.")] = _DEFAULT.samples,
+    field: Annotated[FieldName, typer.Option(help="Geodesic solver.")] = _FIELD,
+    vertices: Annotated[int, typer.Option(help="Vertices that meshes are remeshed to.")] = _DEFAULT.vertices,
+    jobs: Jobs = _CORES,
+    strict: Strict = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Cut meshes into parts and save them."""
+    extraction = Extraction(epsilon, radius, levels, samples, field.value, vertices)
+    return _commands.make_parts(meshes, out, extraction, jobs, strict, Output(json, quiet))
+
+
+@app.command()
+def matrix(
+    meshes: Annotated[
+        list[Path], typer.Argument(metavar="MESHES...", help="Mesh files, folders of them, or folders of parts.")
+    ],
+    out: Annotated[Path, typer.Option(metavar="D.zarr", help="Where to save the matrix.")],
+    preset: PresetOption = Preset.best,
+    jobs: Jobs = _CORES,
+    strict: Strict = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Compare every object with every other and save the dissimilarity matrix."""
+    return _commands.make_matrix(meshes, out, _DEFAULT, preset.matching(), jobs, strict, Output(json, quiet))
+
+
+@app.command()
+def query(
+    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="A mesh file, or its parts.")],
+    collection: Annotated[Path, typer.Option("--in", metavar="PARTS_DIR", help="Folder of parts to search.")],
+    top: Annotated[int, typer.Option(min=1, help="How many of the best to list.")] = 10,
+    preset: PresetOption = Preset.best,
+    jobs: Jobs = _CORES,
+    strict: Strict = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Rank a collection by likeness to one mesh; its parts are made with the collection's settings."""
+    return _commands.run_query(mesh, collection, preset.matching(), top, jobs, strict, Output(json, quiet))
+
+
+@app.command()
+def evaluate(
+    matrix: Annotated[Path, typer.Argument(metavar="D.zarr", help="A matrix made by `curvematch matrix`.")],
+    labels: Annotated[Path, typer.Option(metavar="labels.csv", help="The classes, columns `file,class`.")],
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Measure how well a matrix finds the members of each class."""
+    return _commands.run_evaluation(matrix, labels, Output(json, quiet))
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for what the demo makes.")] = Path("curvematch-demo"),
+    jobs: Jobs = _CORES,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """The whole road on generated creatures: parts, matrix, measures, a composite query, pictures."""
+    return run_demo(out, jobs, Output(json, quiet))
+
+
+def main() -> int:
+    """The program `curvematch`: settings of the process, then the command of its arguments."""
+    configure_jax()
+    return run(sys.argv[1:])
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run a command and return its exit status; errors are one line on stderr.
+
+    `CURVEMATCH_TRACEBACK=1` in the environment lets unexpected errors show where they come from.
+    """
+    try:
+        return app(list(arguments), standalone_mode=False) or 0
+    except _UsageProblem as problem:
+        complain(f"{problem.format_message()} See curvematch --help.")
+        return USAGE
+    except (KeyboardInterrupt, typer.Abort):
+        complain("interrupted")
+        return _INTERRUPTED
+    except Exception as error:
+        if os.environ.get("CURVEMATCH_TRACEBACK"):
+            raise
+        complain(one_line(error))
+        return USAGE
