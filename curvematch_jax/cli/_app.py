@@ -156,7 +156,7 @@ def run(arguments: Sequence[str]) -> int:
     try:
         return app(list(arguments), standalone_mode=False) or 0
     except _UsageProblem as problem:
-        complain(f"{problem.format_message()} See curvematch --help.")
+        complain(f"{problem.format_message().rstrip('.')} (see curvematch --help)")
         return USAGE
     except (KeyboardInterrupt, typer.Abort):
         complain("interrupted")

@@ -18,6 +18,7 @@ from ..retrieval import (
     load_matrix,
     load_parts,
     rank,
+    require_place_for_matrix,
     save_matrix,
     save_parts,
 )
@@ -73,6 +74,7 @@ def make_matrix(
     output: Output,
 ) -> int:
     """`curvematch matrix`: meshes or parts to a saved dissimilarity matrix."""
+    require_place_for_matrix(out)
     started = time.perf_counter()
     parts, failed = gather_all(find_sources(inputs), extraction, jobs, output.progress)
     _report_failures(failed, len(parts), output)

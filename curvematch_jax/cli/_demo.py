@@ -90,7 +90,8 @@ def run_demo(out: Path, jobs: int, output: Output) -> int:
 def _make_all(jobs: int, output: Output) -> list[_Made]:
     tasks = [(kind, pose) for kind in CREATURES for pose in range(POSES)]
     made: dict[int, _Made] = {}
-    report = reporter(output.progress, "creatures", "mesh")
+    report = reporter(output.progress, "creatures", "meshes")
+    report(0, len(tasks))
     for outcome in in_processes(_make, tasks, jobs):
         if outcome.failure is not None:
             kind, pose = tasks[outcome.task]

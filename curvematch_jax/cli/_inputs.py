@@ -51,7 +51,8 @@ def gather(
     sources: Sequence[Source], extraction: Extraction, jobs: int, progress: Progress = False
 ) -> Iterator[tuple[int, Parts | Failure]]:
     """Parts of every source with its index, or why there are none, in the order in which they are ready."""
-    report = reporter(progress, "parts", "mesh")
+    report = reporter(progress, "parts", "meshes")
+    report(0, len(sources))
     ready = _each(sources, extraction, jobs)
     for done, (index, result) in enumerate(ready, start=1):
         report(done, len(sources))

@@ -13,13 +13,13 @@ import jaxlib
 from ._workers import cores
 
 
-def configure_jax() -> None:
+def configure_jax(cache: bool = True) -> None:
     """Let JAX use every core, and keep what it compiles for the next run. What the user has set stays."""
     if "JAX_NUM_CPU_DEVICES" not in os.environ and "xla_force_host_platform_device_count" not in os.environ.get(
         "XLA_FLAGS", ""
     ):
         jax.config.update("jax_num_cpu_devices", cores())
-    if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
+    if cache and "JAX_COMPILATION_CACHE_DIR" not in os.environ:
         jax.config.update("jax_compilation_cache_dir", str(cache_folder()))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
 

@@ -10,6 +10,7 @@ from ._store import (
     load_collection,
     load_matrix,
     load_parts,
+    require_place_for_matrix,
     save_matrix,
     save_parts,
 )
@@ -28,6 +29,7 @@ __all__ = [
     "load_matrix",
     "load_parts",
     "rank",
+    "require_place_for_matrix",
     "save_matrix",
     "save_parts",
 ]

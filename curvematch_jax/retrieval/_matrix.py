@@ -33,7 +33,11 @@ def dissimilarity_matrix(parts: Sequence[Parts], matching: Matching = BEST, prog
         ValueError: when there are no objects, or settings of the extraction differ, naming the setting.
     """
     whole = stack(parts)
-    distances = _part_to_object(whole, matching, progress)
+    return fused_rows(parts, whole, part_to_object(whole, matching, progress), matching)
+
+
+def fused_rows(parts: Sequence[Parts], whole: Stack, distances: np.ndarray, matching: Matching) -> np.ndarray:
+    """The matrix (M, M) from the distances (P, M) of every part to every object."""
     matrix = np.zeros((whole.objects, whole.objects))
     for i in range(whole.objects):
         others = np.arange(whole.objects) != i
@@ -43,11 +47,12 @@ def dissimilarity_matrix(parts: Sequence[Parts], matching: Matching = BEST, prog
     return matrix
 
 
-def _part_to_object(whole: Stack, matching: Matching, progress: Progress) -> np.ndarray:
+def part_to_object(whole: Stack, matching: Matching, progress: Progress = False) -> np.ndarray:
     """Distance of every part to every object, (P, M)."""
     distances = np.zeros((len(whole.rows), whole.objects), np.float32)
     blocks = object_blocks(whole.starts)
-    report, done, total = reporter(progress, "matrix", "pair"), 0, _part_pairs(whole)
+    report, done, total = reporter(progress, "matrix", "pairs"), 0, _part_pairs(whole)
+    report(done, total)
     for one, other in combinations_with_replacement(blocks, 2):
         first, second = whole[one], whole[other]
         apart = np.arange(one.start, one.stop)[:, None] < np.arange(other.start, other.stop)

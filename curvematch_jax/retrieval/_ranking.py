@@ -55,8 +55,9 @@ def rank(query: Parts, collection: Sequence[Parts], matching: Matching = BEST, p
     """
     require_same_settings([*collection, query])
     first, second = stack([query]), stack(collection)
-    report = reporter(progress, "query", "pair")
+    report = reporter(progress, "query", "pairs")
     total = len(first.rows) * len(second.rows)
+    report(0, total)
     distances = np.empty((len(first.rows), second.objects))
     for block in object_blocks(second.starts):
         members = second[block]

@@ -120,8 +120,7 @@ def save_matrix(saved: SavedMatrix, path: str | os.PathLike[str]) -> None:
     import zarr
 
     path = Path(path)
-    if path.exists():
-        _matrix_attributes(path)
+    require_place_for_matrix(path)
     with _replacing(path) as temporary:
         group = zarr.open_group(temporary, mode="w")
         group.create_array("dissimilarity", data=np.ascontiguousarray(saved.dissimilarity))
@@ -133,6 +132,12 @@ def save_matrix(saved: SavedMatrix, path: str | os.PathLike[str]) -> None:
                 "notes": list(saved.notes),
             }
         )
+
+
+def require_place_for_matrix(path: str | os.PathLike[str]) -> None:
+    """Refuse a path where a matrix would take the place of something else: `ValueError`. Ask before long work."""
+    if Path(path).exists():
+        _matrix_attributes(Path(path))
 
 
 def load_matrix(path: str | os.PathLike[str]) -> SavedMatrix:

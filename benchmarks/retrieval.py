@@ -1,0 +1,145 @@
+"""Retrieval on labelled folders of meshes: times, peak memory and every measure.
+
+    python benchmarks/retrieval.py DIR... [--out FILE.json]
+
+A DIR has `labels.csv` with the columns `file,class`. TOSCA (http://tosca.cs.technion.ac.il) and the watertight track of
+SHREC'07 (http://watertight.ge.imati.cnr.it) are free for academic use and may not be redistributed.
+Parts are made from the mesh files in worker processes; both times are from a cold start, compilation included.
+Peak memory is that of the whole process tree, workers included (Linux only).
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import importlib.metadata
+import json
+import os
+import platform
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from curvematch_jax.cli._commands import run_settings
+from curvematch_jax.cli._inputs import Source, gather_all
+from curvematch_jax.cli._jax import configure_jax
+from curvematch_jax.cli._output import scores_table
+from curvematch_jax.cli._workers import cores
+from curvematch_jax.datasets import labelled_folder
+from curvematch_jax.retrieval import Matching, evaluate
+from curvematch_jax.retrieval._matching import stack
+from curvematch_jax.retrieval._matrix import fused_rows, part_to_object
+from curvematch_jax.surface import Extraction
+
+FUSIONS = ("mean", "belief", "weighted")
+_PACKAGES = ("curvematch_jax", "jax", "jaxlib", "numpy", "trimesh", "potpourri3d")
+_SAMPLING_SECONDS = 0.2
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folders", nargs="+", type=Path, metavar="DIR")
+    parser.add_argument("--out", type=Path, metavar="FILE.json")
+    parser.add_argument("--jobs", type=int, default=cores())
+    parser.add_argument("--paper", action="store_true", help="the published method instead of the default")
+    arguments = parser.parse_args()
+    configure_jax(cache=False)
+    matching = Matching.paper() if arguments.paper else Matching()
+    results = {
+        "versions": {"python": platform.python_version()}
+        | {name: importlib.metadata.version(name) for name in _PACKAGES},
+        "machine": {"processor": platform.processor() or platform.machine(), "cores": cores()},
+        "settings": run_settings(Extraction(), matching),
+        "collections": [measured(folder, matching, arguments.jobs) for folder in arguments.folders],
+    }
+    if arguments.out:
+        arguments.out.parent.mkdir(parents=True, exist_ok=True)
+        arguments.out.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+
+
+def measured(folder: Path, matching: Matching, jobs: int) -> dict[str, object]:
+    """Everything there is to say about one collection; prints it as it comes."""
+    labelled = labelled_folder(folder)
+    sources = [Source(path, path.name) for path, _ in labelled]
+    with peak_memory() as peak:
+        started = time.perf_counter()
+        parts, failed = gather_all(sources, Extraction(), jobs, progress=True)
+        extracted = time.perf_counter()
+        whole = stack(parts)
+        distances = part_to_object(whole, matching, progress=True)
+        seconds = {"parts": extracted - started, "matrix": time.perf_counter() - extracted}
+    classes = dict(zip((source.name for source in sources), (label for _, label in labelled), strict=True))
+    labels = [classes[p.name] for p in parts]
+    measures = {}
+    for fusion in FUSIONS:
+        settings = dataclasses.replace(matching, fusion=fusion)
+        scores = evaluate(fused_rows(parts, whole, distances, settings), labels) if repeated(labels) else None
+        measures[fusion] = scores.summary() if scores else None
+        if scores:
+            preset = " (the preset)" if fusion == matching.fusion else ""
+            print(f"\n{folder.name}, {fusion}{preset}\n{scores_table(scores)}")
+    counts = np.diff(whole.starts)
+    print(
+        f"\n{folder.name}: {len(parts)} of {len(sources)} objects, {counts.sum()} parts, "
+        f"parts {seconds['parts']:.0f} s, matrix {seconds['matrix']:.0f} s, peak {max(peak) / 2**30:.2f} GiB"
+    )
+    return {
+        "collection": folder.name,
+        "objects": len(parts),
+        "failed": [dataclasses.asdict(failure) for failure in failed],
+        "parts": int(counts.sum()),
+        "part_pairs": int(counts.sum() ** 2 - (counts**2).sum()) // 2,
+        "seconds": seconds,
+        "peak_bytes": max(peak),
+        "fusion": matching.fusion,
+        "measures": measures,
+    }
+
+
+def repeated(labels: Sequence[str]) -> bool:
+    """Whether any class has two members."""
+    return len(set(labels)) < len(labels)
+
+
+@contextmanager
+def peak_memory() -> Iterator[list[int]]:
+    """Fills a list with the resident bytes of this process and all below it, sampled while the block runs."""
+    samples, done = [0], threading.Event()
+
+    def sample() -> None:
+        while not done.wait(_SAMPLING_SECONDS):
+            samples.append(tree_bytes(os.getpid()))
+
+    thread = threading.Thread(target=sample, daemon=True)
+    thread.start()
+    try:
+        yield samples
+    finally:
+        done.set()
+        thread.join()
+
+
+def tree_bytes(root: int) -> int:
+    """Resident bytes of a process and its descendants, now."""
+    resident: dict[int, int] = {}
+    parent: dict[int, int] = {}
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            status = dict(line.split(":", 1) for line in (folder / "status").read_text().splitlines() if ":" in line)
+        except OSError:
+            continue
+        pid = int(folder.name)
+        resident[pid] = 1024 * int(status.get("VmRSS", "0").split()[0])
+        parent[pid] = int(status["PPid"])
+    family = {root}
+    while grown := {pid for pid, above in parent.items() if above in family} - family:
+        family |= grown
+    return sum(resident.get(pid, 0) for pid in family)
+
+
+if __name__ == "__main__":
+    main()
