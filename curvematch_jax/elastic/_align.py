@@ -1,0 +1,122 @@
+"""Alignment of closed curves, and the distance that it achieves."""
+
+import functools as ft
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array, ArrayLike, Float
+
+from . import _chunks as chunks
+from ._aligner import Aligner
+from ._check import as_curves, check_pair, traced
+from ._curve import Representative, represent
+from ._distinct import distinct, original_warp
+from ._solve import Direction, solve
+
+_SMALL = 8  # pairs in the chunk of a small batch
+
+
+class Alignment(NamedTuple):
+    """How curve2 is laid onto curve1: `q1 ~ R q2(gamma) sqrt(gamma')`, and the distance that this achieves.
+
+    Attributes:
+        rotation: `(*b, d, d)`, R in SO(d).
+        warp: `(*b, n + 1)`, the lifted gamma at `k/n`, linear in between: increasing, `warp[n] = warp[0] + 1`;
+            `warp[0]` is the start point.
+        distance: `(*b,)`, radians.
+    """
+
+    rotation: Float[Array, "*b d d"]
+    warp: Float[Array, "*b n+1"]
+    distance: Float[Array, "*b"]
+
+
+def align(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | None = None) -> Alignment:
+    """Lay curve2 onto curve1 by rotation, start point and reparametrisation.
+
+    Position and scale play no part; reflection and reversal are never used. When the curves are exchanged, the
+    distance is the same. Repeated samples are harmless, unless the arrays are traced.
+
+    Args:
+        curve1, curve2: closed curves `(*b, d, n)`, periodic, without the repeated end point, d >= 2; the batches
+            broadcast.
+        aligner: `Aligner.accurate()` unless given.
+
+    Returns:
+        The rotation, the warp, and the distance in radians that the two achieve.
+
+    Raises:
+        ValueError: for what is no pair of batches of closed curves; it names the argument and what was found.
+    """
+    aligner = Aligner.accurate() if aligner is None else aligner
+    curve1, curve2 = as_curves("curve1", curve1), as_curves("curve2", curve2)
+    check_pair(curve1, curve2)
+    batch, shape = jnp.broadcast_shapes(curve1.shape[:-2], curve2.shape[:-2]), curve1.shape[-2:]
+    dtype = jnp.promote_types(curve1.dtype, curve2.dtype)
+    flat1, flat2 = (jnp.broadcast_to(c.astype(dtype), (*batch, *shape)).reshape(-1, *shape) for c in (curve1, curve2))
+    if traced(flat1, flat2):
+        found = _align_traced(flat1, flat2, aligner)
+    else:
+        found = _align_concrete(np.asarray(flat1), np.asarray(flat2), aligner)
+    return Alignment(*(jnp.asarray(x).reshape(*batch, *x.shape[1:]) for x in found))
+
+
+def _align_concrete(curve1: np.ndarray, curve2: np.ndarray, aligner: Aligner) -> Alignment:
+    total, d, n = curve1.shape
+    size = aligner.chunk if total > _SMALL else _SMALL
+    (curve1, place1), (curve2, place2) = distinct(curve1), distinct(curve2)
+    found = Alignment(
+        np.empty((total, d, d), curve1.dtype), np.empty((total, n + 1), curve1.dtype), np.empty(total, curve1.dtype)
+    )
+
+    def compute(part: slice) -> Alignment:
+        return align_chunk(chunks.padded(curve1[part], size), chunks.padded(curve2[part], size), aligner)
+
+    for part, values in chunks.run(compute, (slice(s, min(s + size, total)) for s in range(0, total, size))):
+        for whole, piece in zip(found, values, strict=True):
+            whole[part] = piece[: part.stop - part.start]
+    return found._replace(warp=original_warp(found.warp, place1, place2))
+
+
+def _align_traced(curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"], aligner: Aligner) -> Alignment:
+    total = curve1.shape[0]
+    if total <= aligner.chunk:
+        return align_chunk(curve1, curve2, aligner)
+    pad = -total % aligner.chunk
+    split = [
+        jnp.concatenate([c, jnp.repeat(c[-1:], pad, axis=0)]).reshape(-1, aligner.chunk, *c.shape[1:])
+        for c in (curve1, curve2)
+    ]
+    found = lax.map(lambda pair: align_chunk(*pair, aligner), tuple(split))
+    return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:])[:total], found)
+
+
+@ft.partial(jax.jit, static_argnames="aligner")
+def align_chunk(curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"], aligner: Aligner) -> Alignment:
+    """`align` of one chunk of pairs."""
+    first, second = (represent(c, aligner.grid, aligner.nodes) for c in (curve1, curve2))
+    return align_represented(first, second, aligner)
+
+
+def align_represented(first: Representative, second: Representative, aligner: Aligner) -> Alignment:
+    """`align` of one chunk of pairs of tabulated curves.
+
+    The pair is put in an order that depends on its curves alone, aligned, and read in the order that was asked for:
+    so the distance is symmetric to the last bit.
+    """
+    swap = _key(first) > _key(second)
+    choose = lambda a, b: jnp.where(swap.reshape((-1,) + (1,) * (a.ndim - 1)), a, b)  # noqa: E731
+    lower, upper = jax.tree.map(choose, second, first), jax.tree.map(choose, first, second)
+    forth, back = solve(lower, upper, aligner)
+    here = jax.tree.map(lambda a, b: jnp.where(swap.reshape((1,) * (a.ndim - 1) + (-1,)), b, a), forth, back)
+    distance = jnp.maximum(forth.distance, back.distance)
+    return Alignment(jnp.moveaxis(here.rotation, -1, 0), here.warp.T, distance)
+
+
+def _key(curve: Representative) -> Float[Array, " b"]:
+    """A number for each curve, to put two curves in order."""
+    weights = np.sin(np.arange(1, curve.tangents[0].size + 1) ** 2 * 0.7).reshape(curve.tangents.shape[1:])
+    return jnp.sum(curve.tangents * jnp.asarray(weights, curve.tangents.dtype)[None], axis=(1, 2))

@@ -1,0 +1,143 @@
+"""Distances of very many pairs: matrices, and lists of pairs."""
+
+import functools as ft
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import jax
+import numpy as np
+from jaxtyping import ArrayLike, Int
+
+from .._progress import Progress, reporter
+from . import _chunks as chunks
+from ._align import align_represented
+from ._aligner import Aligner
+from ._check import as_curves, check_pair
+from ._curve import Representative, represent
+from ._distinct import distinct
+
+
+class _Pairs(NamedTuple):
+    rows: np.ndarray
+    columns: np.ndarray
+    place: int  # number of the first pair
+
+
+def distance_matrix(
+    a: ArrayLike, b: ArrayLike | None = None, aligner: Aligner | None = None, progress: Progress = False
+) -> np.ndarray:
+    """Elastic distances `(A, B)`, in radians, of all pairs of closed curves `(A, d, n)` and `(B, d, n)`.
+
+    Without `b`, of `a` with itself, each pair computed once. Memory beyond the result is the curves' tables (about
+    60 n bytes a curve in float32) and a few chunks, however many pairs there are.
+
+    Args:
+        aligner: `Aligner.fast()` unless given.
+        progress: False, True for a bar on stderr, or a function of (done, total).
+
+    Raises:
+        ValueError: as `align`.
+    """
+    aligner = Aligner.fast() if aligner is None else aligner
+    first = _curves("a", a)
+    second = first if b is None else _curves("b", b)
+    check_pair(first[:1], second[:1])
+    result = np.zeros((len(first), len(second)), np.result_type(first, second))
+    if b is None:
+        total, pairs = len(first) * (len(first) - 1) // 2, _triangle(len(first), aligner.chunk)
+    else:
+        total, pairs = result.size, _rectangle(*result.shape, aligner.chunk)
+    for part, values in _distances(first, second, pairs, total, aligner, progress):
+        result[part.rows, part.columns] = values
+        if b is None:
+            result[part.columns, part.rows] = values
+    return result
+
+
+def pair_distances(
+    a: ArrayLike,
+    b: ArrayLike,
+    pairs: Int[np.ndarray, "p 2"],
+    aligner: Aligner | None = None,
+    progress: Progress = False,
+) -> np.ndarray:
+    """Elastic distances `(P,)`, in radians, of the pairs `a[i], b[j]` that the rows of `pairs`, `(P, 2)`, list.
+
+    As `distance_matrix`, for some of its entries. Raises `ValueError` as `align`, `IndexError` for an index that points
+    outside of the curves.
+    """
+    aligner = Aligner.fast() if aligner is None else aligner
+    first = _curves("a", a)
+    second = first if b is a else _curves("b", b)
+    check_pair(first[:1], second[:1])
+    pairs = np.asarray(pairs)
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype.kind not in "iu":
+        raise ValueError(f"pairs has shape {pairs.shape} and dtype {pairs.dtype}: give integers (P, 2).")
+    if pairs.size and (pairs.min() < 0 or pairs[:, 0].max() >= len(first) or pairs[:, 1].max() >= len(second)):
+        raise IndexError(f"pairs points outside of the {len(first)} curves in a and {len(second)} in b.")
+    result = np.zeros(len(pairs), np.result_type(first, second))
+    listed = (
+        _Pairs(*pairs[start : start + aligner.chunk].T, start) for start in range(0, len(pairs), aligner.chunk)
+    )
+    for part, values in _distances(first, second, listed, len(pairs), aligner, progress):
+        result[part.place : part.place + len(values)] = values
+    return result
+
+
+def _curves(name: str, curves: ArrayLike) -> np.ndarray:
+    array = np.asarray(as_curves(name, curves))
+    if array.ndim != 3:
+        raise ValueError(f"{name} has shape {array.shape}: give one batch of closed curves, (curves, d, n).")
+    return distinct(array)[0]
+
+
+def _triangle(count: int, size: int) -> Iterator[_Pairs]:
+    """The pairs i < j, row by row, in chunks."""
+    first = np.concatenate([[0], np.cumsum(np.arange(count - 1, 0, -1))])  # number of the first pair of a row
+    for start in range(0, int(first[-1]), size):
+        number = np.arange(start, min(start + size, int(first[-1])))
+        rows = np.searchsorted(first, number, side="right") - 1
+        yield _Pairs(rows, number - first[rows] + rows + 1, start)
+
+
+def _rectangle(rows: int, columns: int, size: int) -> Iterator[_Pairs]:
+    for start in range(0, rows * columns, size):
+        number = np.arange(start, min(start + size, rows * columns))
+        yield _Pairs(*np.divmod(number, columns), start)
+
+
+def _distances(
+    first: np.ndarray, second: np.ndarray, pairs: Iterable[_Pairs], total: int, aligner: Aligner, progress: Progress
+) -> Iterator[tuple[_Pairs, np.ndarray]]:
+    report = reporter(progress, "aligning", "pairs")
+    tables1 = _represented(first, aligner)
+    tables2 = tables1 if second is first else _represented(second, aligner)
+
+    def compute(part: _Pairs):
+        rows, columns = (chunks.padded(index, aligner.chunk) for index in (part.rows, part.columns))
+        take = lambda tables, index: jax.tree.map(lambda table: table[index], tables)  # noqa: E731
+        return _distance_chunk(take(tables1, rows), take(tables2, columns), aligner)
+
+    done = 0
+    for part, values in chunks.run(compute, pairs):
+        done += len(part.rows)
+        report(done, total)
+        yield part, values[: len(part.rows)]
+
+
+def _represented(curves: np.ndarray, aligner: Aligner) -> Representative:
+    """The tables of all curves, in numpy."""
+    size = aligner.chunk
+    parts = [
+        jax.tree.map(np.asarray, _represent_chunk(chunks.padded(curves[s : s + size], size), aligner.grid, aligner.nodes))
+        for s in range(0, len(curves), size)
+    ]
+    return jax.tree.map(lambda *tables: np.concatenate(tables)[: len(curves)], *parts)
+
+
+_represent_chunk = jax.jit(represent, static_argnums=(1, 2))
+
+
+@ft.partial(jax.jit, static_argnames="aligner")
+def _distance_chunk(first: Representative, second: Representative, aligner: Aligner):
+    return align_represented(first, second, aligner).distance

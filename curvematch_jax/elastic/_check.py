@@ -1,0 +1,85 @@
+"""What a batch of closed curves has to be; asked before any tracing, in numpy."""
+
+import jax
+import jax.core
+import numpy as np
+from jaxtyping import Array, ArrayLike, Float
+
+MIN_SAMPLES = 8
+_OPEN = 4.0
+
+
+def traced(*values: object) -> bool:
+    """Whether some value is abstract (under jit, grad or vmap), so that its numbers cannot be looked at."""
+    return any(isinstance(value, jax.core.Tracer) for value in values)
+
+
+def as_curves(name: str, curve: ArrayLike) -> Float[Array, "*b d n"]:
+    """`curve` as a float array `(*b, d, n)` of closed curves.
+
+    Its numbers are checked as well unless it is traced.
+
+    Raises `ValueError`, naming the argument and what was found: wrong rank, d < 2, too few samples, NaN or infinity,
+    fewer than 3 distinct points, an open polyline.
+    """
+    if not traced(curve):
+        curve = _checked(name, np.asarray(curve))
+    array = jax.numpy.asarray(curve)
+    _check_shape(name, array.shape)
+    if not jax.numpy.issubdtype(array.dtype, jax.numpy.floating):
+        raise ValueError(f"{name} has dtype {array.dtype}: give real floating-point samples.")
+    return array
+
+
+def check_pair(curve1: Float[Array, "..."], curve2: Float[Array, "..."]) -> None:
+    """Raises `ValueError` unless both hold curves of one dimension and one number of samples, in batches that broadcast."""
+    if curve1.shape[-2:] != curve2.shape[-2:]:
+        raise ValueError(
+            f"curve1 and curve2 hold curves of (d, n) = {curve1.shape[-2:]} and {curve2.shape[-2:]}: "
+            "both need the same dimension and number of samples; resample(curve, n) changes n."
+        )
+    try:
+        np.broadcast_shapes(curve1.shape[:-2], curve2.shape[:-2])
+    except ValueError:
+        raise ValueError(
+            f"the batches of curve1 and curve2, {curve1.shape[:-2]} and {curve2.shape[:-2]}, do not broadcast."
+        ) from None
+
+
+def _check_shape(name: str, shape: tuple[int, ...]) -> None:
+    if len(shape) < 2:
+        raise ValueError(f"{name} has shape {shape}: give closed curves as (*batch, d, n), component-major.")
+    if shape[-2] < 2:
+        raise ValueError(f"{name} has shape {shape}, so d = {shape[-2]}: curves need d >= 2, as (*batch, d, n).")
+    if shape[-1] < MIN_SAMPLES:
+        raise ValueError(f"{name} has shape {shape}, so n = {shape[-1]}: a closed curve needs {MIN_SAMPLES} samples or more.")
+
+
+def _checked(name: str, curve: np.ndarray) -> np.ndarray:
+    if curve.dtype.kind in "iub":
+        curve = curve.astype(float)
+    if curve.dtype.kind != "f":
+        raise ValueError(f"{name} has dtype {curve.dtype}: give real numbers.")
+    _check_shape(name, curve.shape)
+    flat = curve.reshape(-1, *curve.shape[-2:])
+    bad = ~np.isfinite(flat).all(axis=(1, 2))
+    if bad.any():
+        raise ValueError(f"{name} holds NaN or infinity in {_which(bad)}: remove or repair those curves.")
+    steps = np.linalg.norm(np.roll(flat, -1, axis=2) - flat, axis=1)
+    few = np.count_nonzero(steps > 0, axis=1) < 3
+    if few.any():
+        raise ValueError(f"{name} has fewer than 3 distinct points in {_which(few)}: that is no closed curve.")
+    opened = steps[:, -1] > _OPEN * steps[:, :-1].max(axis=1)
+    if opened.any():
+        ratio = steps[opened, -1][0] / steps[opened, :-1][0].max()
+        raise ValueError(
+            f"{name} is open in {_which(opened)}: the step from its last sample to its first is {ratio:.0f} times "
+            "the longest other step; give closed curves, without the repeated end point."
+        )
+    return curve
+
+
+def _which(bad: np.ndarray) -> str:
+    first = int(np.argmax(bad))
+    more = int(bad.sum()) - 1
+    return f"curve {first}" + (f" and {more} more" if more else "") + f" of {bad.size}"

@@ -1,0 +1,49 @@
+"""Curves with repeated samples, in numpy: the same curve without them, and the way back.
+
+A repeated sample is a stop of the parametrisation, not a feature of the shape. A trigonometric interpolant would
+overshoot there, so it is taken through the distinct samples only, and sampled as often as the given curve.
+"""
+
+import numpy as np
+
+Places = dict[int, np.ndarray]
+
+
+def distinct(curves: np.ndarray) -> tuple[np.ndarray, Places]:
+    """Curves `(b, d, n)` without repeated samples, and for each that had some, where its samples lie, `(n + 1,)` in [0, 1]."""
+    new = np.any(curves != np.roll(curves, 1, axis=2), axis=1)
+    places: Places = {}
+    for index in np.flatnonzero(~new.all(axis=1)):
+        kept = curves[index][:, new[index]]
+        if not places:
+            curves = curves.copy()
+        curves[index] = _resampled(kept, curves.shape[2])
+        rank = np.cumsum(new[index]) - 1
+        places[int(index)] = np.append(rank, rank[0] + kept.shape[1]) / kept.shape[1]
+    return curves, places
+
+
+def original_warp(warp: np.ndarray, places1: Places, places2: Places) -> np.ndarray:
+    """Warps `(b, n + 1)` between distinct curves, as warps between the curves as they were given."""
+    warp = np.array(warp)
+    grid = np.linspace(0, 1, warp.shape[1])
+    for index in places1.keys() | places2.keys():
+        gamma = _lift(places1.get(index, grid), grid, warp[index])
+        place = places2.get(index, grid)
+        gamma = _lift(gamma, place, grid)
+        warp[index] = np.append(gamma[:-1], gamma[0] + 1)
+    return warp
+
+
+def _lift(x: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
+    turns = np.floor(x - nodes[0])
+    return np.interp(x - turns, nodes, values) + turns
+
+
+def _resampled(curve: np.ndarray, n: int) -> np.ndarray:
+    """The trigonometric interpolant of `(d, m)` samples at `n >= m` equal parameters."""
+    m = curve.shape[1]
+    spectrum = np.fft.rfft(curve, axis=1)
+    if m % 2 == 0:
+        spectrum[:, -1] /= 2
+    return (np.fft.irfft(spectrum, n=n, axis=1) * (n / m)).astype(curve.dtype)

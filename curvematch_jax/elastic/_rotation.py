@@ -1,0 +1,107 @@
+"""The best rotation, in closed form, for matrices whose entries lie on the leading axes: `(d, d, *lanes)`.
+
+For `C = integral q1 q2^T`, `tr(R^T C) = <q1, R q2>` is maximal over SO(d) at `s_1 + ... + s_{d-1} + sign(det C) s_d`
+(Kabsch; Horn's quaternions for d = 3). Lanes last: arithmetic on whole rows of pairs instead of tiny matrices.
+"""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+_NEWTON_STEPS = 8
+_SQUARINGS = 18
+
+
+def rotation_gain(c: Float[Array, "d d *l"]) -> Float[Array, "*l"]:
+    """The largest `tr(R^T C)` over rotations R."""
+    if c.shape[0] == 2:
+        return jnp.sqrt((c[0, 0] + c[1, 1]) ** 2 + (c[0, 1] - c[1, 0]) ** 2)
+    if c.shape[0] == 3:
+        return _quartic_root(c)
+    rotation = best_rotation(c)
+    return jnp.sum(rotation * c, axis=(0, 1))
+
+
+def best_rotation(c: Float[Array, "d d *l"]) -> Float[Array, "d d *l"]:
+    """The rotation R that maximises `tr(R^T C)`; some maximiser where there are several, always finite."""
+    if c.shape[0] == 2:
+        return _planar(c)
+    if c.shape[0] == 3:
+        return _from_quaternion(_largest_eigenvector(_horn(c)))
+    return _kabsch(c)
+
+
+def _planar(c: Float[Array, "2 2 *l"]) -> Float[Array, "2 2 *l"]:
+    x, y = c[0, 0] + c[1, 1], c[1, 0] - c[0, 1]
+    size = jnp.sqrt(x * x + y * y)
+    safe = jnp.where(size > 0, size, 1)
+    cos, sin = jnp.where(size > 0, x / safe, 1), y / safe
+    return jnp.stack([jnp.stack([cos, -sin]), jnp.stack([sin, cos])])
+
+
+def _quartic_root(c: Float[Array, "3 3 *l"]) -> Float[Array, "*l"]:
+    """Largest eigenvalue of Horn's matrix: Newton from above on its characteristic polynomial (Theobald, 2005)."""
+    cofactors = [
+        c[(i + 1) % 3, (j + 1) % 3] * c[(i + 2) % 3, (j + 2) % 3]
+        - c[(i + 1) % 3, (j + 2) % 3] * c[(i + 2) % 3, (j + 1) % 3]
+        for i in range(3)
+        for j in range(3)
+    ]
+    determinant = sum(c[0, j] * cofactors[j] for j in range(3))
+    square = jnp.sum(c * c, axis=(0, 1))
+    constant = square * square - 4 * sum(x * x for x in cofactors)
+    root = jnp.sqrt(3 * square)
+    for _ in range(_NEWTON_STEPS):
+        value = ((root * root - 2 * square) * root - 8 * determinant) * root + constant
+        slope = 4 * (root * root - square) * root - 8 * determinant
+        root = root - jnp.where(slope > 0, value / jnp.where(slope > 0, slope, 1), 0)
+    return root
+
+
+def _horn(c: Float[Array, "3 3 *l"]) -> Float[Array, "4 4 *l"]:
+    x, y, z = c[2, 1] - c[1, 2], c[0, 2] - c[2, 0], c[1, 0] - c[0, 1]
+    xy, xz, yz = c[0, 1] + c[1, 0], c[0, 2] + c[2, 0], c[1, 2] + c[2, 1]
+    a, b, d = c[0, 0], c[1, 1], c[2, 2]
+    rows = [[a + b + d, x, y, z], [x, a - b - d, xy, xz], [y, xy, b - a - d, yz], [z, xz, yz, d - a - b]]
+    return jnp.stack([jnp.stack(row) for row in rows])
+
+
+def _largest_eigenvector(k: Float[Array, "4 4 *l"]) -> Float[Array, "4 *l"]:
+    """Power iteration by repeated squaring: no special case, and finite where eigenvalues coincide."""
+    lanes = (1,) * (k.ndim - 2)
+    size = jnp.sqrt(jnp.sum(k * k, axis=(0, 1)))
+    power = k / jnp.where(size > 0, size, 1)[None, None] + jnp.eye(4, dtype=k.dtype).reshape(4, 4, *lanes)
+    for _ in range(_SQUARINGS):
+        power = sum(power[:, None, i] * power[None, i, :] for i in range(4))
+        power = power / sum(power[i, i] for i in range(4))[None, None]
+    diagonal = jnp.stack([power[i, i] for i in range(4)])
+    column = jnp.argmax(diagonal, axis=0)
+    vector = jnp.take_along_axis(power, column[None, None], axis=1)[:, 0]
+    return vector / jnp.sqrt(jnp.sum(vector * vector, axis=0))[None]
+
+
+def _from_quaternion(q: Float[Array, "4 *l"]) -> Float[Array, "3 3 *l"]:
+    w, x, y, z = q
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return jnp.stack([jnp.stack(row) for row in rows])
+
+
+def _kabsch(c: Float[Array, "d d *l"]) -> Float[Array, "d d *l"]:
+    u, _, vh = jnp.linalg.svd(jnp.moveaxis(c, (0, 1), (-2, -1)))
+    sign = jnp.sign(jnp.linalg.det(u) * jnp.linalg.det(vh))
+    u = u.at[..., -1].multiply(sign[..., None])
+    return jnp.moveaxis(u @ vh, (-2, -1), (0, 1))
+
+
+def rotate(rotation: Float[Array, "d d *l"], field: Float[Array, "d *k"]) -> Float[Array, "d *k"]:
+    """`R q`, pointwise; `rotation` has the rank of `field` plus one, with length-1 axes where it is constant."""
+    d = field.shape[0]
+    return jnp.stack([sum(rotation[i, j] * field[j] for j in range(d)) for i in range(d)])
+
+
+def covariance(q1: Float[Array, "d n l"], q2: Float[Array, "d n l"]) -> Float[Array, "d d l"]:
+    """`C = mean_k q1_k q2_k^T`."""
+    return jnp.mean(q1[:, None] * q2[None, :], axis=2)

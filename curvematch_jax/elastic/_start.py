@@ -1,0 +1,48 @@
+"""Start points: the alignment of two curves by rotation and cyclic shift, for every shift at once."""
+
+import jax.numpy as jnp
+from jax import lax
+from jaxtyping import Array, Float, Int
+
+from ._rotation import rotation_gain
+
+_NOT_A_PEAK = 2.0
+
+
+def shift_covariances(t1: Float[Array, "b d n"], t2: Float[Array, "b d n"]) -> Float[Array, "d d n b"]:
+    """`C[s] = mean_k t1_k t2_{k+s}^T` for every shift s, by the correlation theorem."""
+    f1, f2 = jnp.fft.rfft(t1, axis=-1), jnp.fft.rfft(t2, axis=-1)
+    product = jnp.conj(f1)[:, :, None] * f2[:, None]
+    n = t1.shape[-1]
+    return jnp.moveaxis(jnp.fft.irfft(product, n=n, axis=-1).astype(t1.dtype) / n, 0, -1)
+
+
+def find_starts(c: Float[Array, "d d n b"], count: int) -> tuple[Int[Array, "{count} b"], Float[Array, "d d {count} b"]]:
+    """The shifts of the `count` highest local maxima of the rotation gain, best first, and their covariances.
+
+    Where there are fewer maxima, the highest other shifts follow.
+    """
+    gain = rotation_gain(c)
+    peak = (gain >= jnp.roll(gain, 1, axis=0)) & (gain > jnp.roll(gain, -1, axis=0))
+    _, shift = lax.top_k(jnp.where(peak, gain, gain - _NOT_A_PEAK).T, count)
+    shift = shift.T
+    return shift, jnp.take_along_axis(c, shift[None, None], axis=2)
+
+
+def peak_shift(c: Float[Array, "d d n b"]) -> tuple[Float[Array, " b"], Float[Array, "d d b"]]:
+    """The best shift, in samples, between samples: vertex of the parabola through the peak; and the covariance there."""
+    gain = rotation_gain(c)
+    n = gain.shape[0]
+    top = jnp.argmax(gain, axis=0)
+
+    def at(field, offset):
+        index = ((top + offset) % n).reshape((1,) * (field.ndim - 1) + (-1,))
+        return jnp.take_along_axis(field, index, axis=-2)[..., 0, :]
+
+    left, mid, right = at(gain, -1), at(gain, 0), at(gain, 1)
+    curvature = left - 2 * mid + right
+    offset = jnp.where(curvature < 0, (left - right) / (2 * jnp.where(curvature < 0, curvature, -1)), 0)
+    x = jnp.clip(offset, -0.5, 0.5)
+    weights = (x * (x - 1) / 2, 1 - x * x, x * (x + 1) / 2)
+    covariance = sum(w[None, None] * at(c, k) for w, k in zip(weights, (-1, 0, 1), strict=True))
+    return top.astype(x.dtype) + x, covariance
