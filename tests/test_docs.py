@@ -75,6 +75,12 @@ def test_architecture_shows_every_module_and_no_other():
     assert sorted(shown) == sorted(modules)
 
 
+def test_method_names_modules_that_exist():
+    named = set(re.findall(r"`(_\w+\.py)`", (ROOT / "docs" / "method.md").read_text(encoding="utf-8")))
+    assert len(named) > 10
+    assert named <= {p.name for p in (ROOT / "curvematch_jax").rglob("*.py")}
+
+
 def test_licence_note_says_what_is_optional():
     assert re.search(r"pymeshfix.*GPL", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     core = (ROOT / "pyproject.toml").read_text(encoding="utf-8").partition("dependencies = [")[2].partition("]")[0]
