@@ -18,7 +18,8 @@ from ..elastic import Aligner, pair_distances
 from ..surface import Parts
 from ._store import require_same_settings
 
-Fusion = Literal["mean", "belief", "weighted"]
+Fusion = Literal["belief", "weighted", "mean"]
+Significance = Literal["equal", "area"]
 
 # No two aligned unit-length curves are farther apart: the best rotation never leaves a negative inner product.
 MAX_CURVE_DISTANCE = math.pi / 2
@@ -45,25 +46,29 @@ class Matching:
         area_weight: radians for a factor e between the areas of two parts.
         decay: how fast the weight of a level falls with its distance from the feature point.
         missing: radians for a level curve that only one of two parts has.
-        fusion: how the parts of a query are joined. `"mean"`: by the mean of their distances to the object.
-            `"belief"`: by the transferable belief model. `"weighted"`: by the sum of masses that the belief model
-            comes to in large collections.
+        fusion: how the parts of a query are joined. `"belief"`: by the transferable belief model. `"weighted"`: by
+            the sum of masses that the belief model comes to in large collections. `"mean"`: by the mean of their
+            distances to the object.
+        significance: what a part's word is worth in the belief model: that of all parts is worth the same
+            (`"equal"`), or less the less of the query's surface it covers (`"area"`, as published).
         scale: part-to-object distances D1 become `1 - exp(-D1 / scale)` before they are masses; without a scale,
             the share of the greatest distance there is.
     """
 
     aligner: Aligner = field(default_factory=Aligner.fast)
-    candidates: int = 2
-    length_weight: float = 0.3
-    area_weight: float = 0.3
+    candidates: int = 1
+    length_weight: float = 0.25
+    area_weight: float = 0.25
     decay: float = 0.5
     missing: float = 1.0
-    fusion: Fusion = "mean"
-    scale: float | None = 0.15
+    fusion: Fusion = "belief"
+    significance: Significance = "equal"
+    scale: float | None = 0.2
 
     def __post_init__(self) -> None:
-        if self.fusion not in get_args(Fusion):
-            raise ValueError(f"fusion must be one of {', '.join(get_args(Fusion))}, and was {self.fusion!r}")
+        for name, known in (("fusion", get_args(Fusion)), ("significance", get_args(Significance))):
+            if getattr(self, name) not in known:
+                raise ValueError(f"{name} must be one of {', '.join(known)}, and was {getattr(self, name)!r}")
         if not isinstance(self.candidates, int) or self.candidates < 0:
             raise ValueError(f"candidates must be a whole number, 0 or more, and was {self.candidates!r}")
         for name in ("length_weight", "area_weight", "decay", "missing"):
@@ -75,7 +80,7 @@ class Matching:
     @classmethod
     def paper(cls) -> Matching:
         """The published method: shapes of curves alone, all levels alike, all part pairs, belief from areas."""
-        return cls(candidates=0, length_weight=0.0, area_weight=0.0, decay=0.0, fusion="belief", scale=None)
+        return cls(candidates=0, length_weight=0.0, area_weight=0.0, decay=0.0, significance="area", scale=None)
 
     @property
     def max_distance(self) -> float:

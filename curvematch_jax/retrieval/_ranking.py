@@ -14,6 +14,10 @@ from ._matching import BEST, Matching, nearest, object_blocks, stack
 from ._store import require_same_settings
 
 
+# Of every part, when all are worth the same. Between .1 and .9 it changes the order of next to nothing.
+EQUAL_SIGNIFICANCE = 0.5
+
+
 @dataclass(frozen=True, eq=False)
 class Ranking:
     """A collection of M objects in the order of their likeness to a query.
@@ -40,9 +44,10 @@ class Ranking:
 def rank(query: Parts, collection: Sequence[Parts], matching: Matching = BEST, progress: Progress = False) -> Ranking:
     """Rank a collection by likeness to a query (equations D, 5, 4, 2 and 3).
 
-    With `fusion="mean"` an object that joins or leaves the collection never changes the order of the others, since
-    distances are only ever scaled by constants. The masses of the belief model (equation 4) are shares of a sum over
-    the collection, so that there the order of two nearly equal objects can depend on which others there are.
+    Distances are only ever scaled by constants, so that with `fusion="mean"` an object that joins or leaves the
+    collection never changes the order of the others. The masses of the belief model (equation 4) are shares of a sum
+    over the collection: there a part that is close to many objects says little about each, which is worth a few per
+    cent of precision, and the order of two nearly equal objects can depend on which others there are.
 
     Arguments:
         query: may be a member of the collection.
@@ -83,13 +88,16 @@ def fuse(
 
     Arguments:
         distances: (P, M) of the query's parts to the objects.
-        areas: (P,) shares of the query's surface: `mu = exp(-p^2)` with p the share that a part lacks.
+        areas: (P,) shares of the query's surface; significance by area is `exp(-p^2)`, p the share that a part lacks.
         present: (M,) bool, False for an object without parts.
 
     Returns:
         the dissimilarities (M,), larger for objects without parts than for all others, and the belief.
     """
-    significance = np.exp(-((1.0 - np.clip(areas, 0.0, 1.0)) ** 2))
+    if matching.significance == "area":
+        significance = np.exp(-((1.0 - np.clip(areas, 0.0, 1.0)) ** 2))
+    else:
+        significance = np.full(len(distances), EQUAL_SIGNIFICANCE)
     singletons, frame = masses(matching.normalised(distances), significance)
     belief = combine(singletons, frame)
     if matching.fusion == "belief":

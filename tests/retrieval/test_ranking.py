@@ -11,7 +11,7 @@ from curvematch_jax.retrieval import _matching as matching
 from curvematch_jax.retrieval import _matrix as matrix_module
 from curvematch_jax.surface import Extraction
 
-FAST = Matching(aligner=Aligner.rigid(), candidates=0)
+FAST = Matching(aligner=Aligner.rigid(), candidates=0, fusion="mean")
 FUSIONS = ("mean", "belief", "weighted")
 
 
