@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
+from importlib.metadata import version
 from pathlib import Path
 
 import jax
-import jaxlib
 
 from ._workers import cores
 
@@ -28,7 +28,7 @@ def cache_folder() -> Path:
     """Where compiled code is kept: code for another jaxlib or another processor is never loaded."""
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     processor = hashlib.sha256(_processor().encode()).hexdigest()[:12]
-    return Path(base) / "curvematch_jax" / f"jaxlib-{jaxlib.__version__}-{processor}"
+    return Path(base) / "curvematch_jax" / f"jaxlib-{version('jaxlib')}-{processor}"
 
 
 def _processor() -> str:

@@ -13,7 +13,6 @@ from ._belief import Belief, combine, masses, weighted_evidence
 from ._matching import BEST, Matching, nearest, object_blocks, stack
 from ._store import require_same_settings
 
-
 # Of every part, when all are worth the same. Between .1 and .9 it changes the order of next to nothing.
 EQUAL_SIGNIFICANCE = 0.5
 

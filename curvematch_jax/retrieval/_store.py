@@ -121,17 +121,15 @@ def save_matrix(saved: SavedMatrix, path: str | os.PathLike[str]) -> None:
 
     path = Path(path)
     require_place_for_matrix(path)
+    attributes: Any = {
+        "curvematch_matrix": MATRIX_FORMAT,
+        "names": list(saved.names),
+        "settings": dict(saved.settings),
+        "notes": list(saved.notes),
+    }
     with _replacing(path) as temporary:
-        group = zarr.open_group(temporary, mode="w")
+        group = zarr.open_group(temporary, mode="w", attributes=attributes)
         group.create_array("dissimilarity", data=np.ascontiguousarray(saved.dissimilarity))
-        group.attrs.update(
-            {
-                "curvematch_matrix": MATRIX_FORMAT,
-                "names": list(saved.names),
-                "settings": dict(saved.settings),
-                "notes": list(saved.notes),
-            }
-        )
 
 
 def require_place_for_matrix(path: str | os.PathLike[str]) -> None:
