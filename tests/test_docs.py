@@ -19,7 +19,8 @@ def blocks(page, language):
 
 def run(command, folder):
     """As a user would, in a process of its own; warnings are errors there too."""
-    environment = {**os.environ, "PYTHONWARNINGS": "error", "MPLBACKEND": "agg"}
+    settings = {"PYTHONWARNINGS": "error", "MPLBACKEND": "agg", "XDG_CACHE_HOME": str(folder / "cache")}
+    environment = {**os.environ, **settings}
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
     return done.stdout
