@@ -1,10 +1,10 @@
 """Make any triangle soup one closed, oriented, regular surface, and say what was changed."""
 
-import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from . import _prep
 from ._mesh import Mesh, MeshError
@@ -21,12 +21,13 @@ from ._topology import (
     weld,
 )
 
-_HUGE = 20  # times the wanted vertices: decimated before anything slow is done
 _STITCH = 1e-6  # of the bounding box: cracks narrower than this are rounding, not holes
 _PATCH = 1e-3  # of the area: open patches of this size belong to an open surface
 _FLAT = 1e-7  # volume / area^1.5; a closed sheet of paper has 1e-5, a ball 0.09
-_FEWEST, _MOST = 0.3, 1.7  # times the wanted vertices: what is not remeshed
-_UNEVEN = 5.0  # 99th over 5th percentile of the edge lengths: what is remeshed; remeshing gives 1.6
+_HUGE = 5  # times the wanted vertices: what is decimated, to twice the wanted vertices, before anything slow is done
+_FEWEST, _MOST = 0.2, 1.7  # times the wanted vertices: what is not remeshed
+_NEEDLES = 0.1  # 5th percentile of the triangles' quality: what is remeshed. Graded meshes have 0.2, remeshed ones 0.8
+_LONGEST = 0.2  # of the square root of the area: edges that are too long for level curves
 
 
 @dataclass(frozen=True)
@@ -36,12 +37,12 @@ class CleanReport:
     welded: int = 0  # vertices merged into another
     dropped_faces: int = 0  # degenerate or duplicate
     unused_vertices: int = 0
-    decimated: tuple[int, int] = (0, 0)  # vertices before and after
     cut: int = 0  # vertices added where faces met in no manifold way
     flipped: int = 0  # faces turned round
     dropped_components: int = 0
     dropped_area: float = 0.0  # their share of the area
     joined_patches: int = 0
+    decimated: tuple[int, int] = (0, 0)  # vertices before and after
     closed_holes: int = 0
     remeshed: tuple[int, int] = (0, 0)  # vertices before and after
 
@@ -52,13 +53,13 @@ class CleanReport:
             (self.welded, f"{self.welded} vertices welded"),
             (self.dropped_faces, f"{self.dropped_faces} degenerate or duplicate faces dropped"),
             (self.unused_vertices, f"{self.unused_vertices} unused vertices dropped"),
-            (self.decimated[0], "decimated from {} to {} vertices".format(*self.decimated)),
             (self.cut, f"{self.cut} vertices added to cut non-manifold edges and vertices apart"),
             (self.flipped, f"{self.flipped} faces turned round"),
             (
                 self.dropped_components,
                 f"{self.dropped_components} smaller components dropped, {self.dropped_area:.2%} of the area",
             ),
+            (self.decimated[0], "decimated from {} to {} vertices".format(*self.decimated)),
             (self.joined_patches, f"{self.joined_patches} open patches joined"),
             (self.closed_holes, f"{self.closed_holes} holes closed"),
             (self.remeshed[0], "remeshed from {} to {} vertices".format(*self.remeshed)),
@@ -73,27 +74,36 @@ class _Work:
         self.vertices, self.faces, self.name = mesh.vertices, mesh.faces, mesh.name or "mesh"
         self.report = CleanReport()
 
-    def set(self, vertices: np.ndarray, faces: np.ndarray, **counts) -> None:
+    def set(self, vertices: np.ndarray, faces: np.ndarray, **changes: Any) -> None:
+        """The next state; a change is a count, which is added to the report's, or a pair, which replaces it."""
         if not len(faces):
             raise MeshError(f"{self.name}: no face is left once degenerate faces are dropped")
         self.vertices, self.faces = vertices, faces
-        self.report = replace(self.report, **counts)
+        added = {k: v if isinstance(v, tuple) else v + getattr(self.report, k) for k, v in changes.items()}
+        self.report = replace(self.report, **added)
 
     @property
     def closed(self) -> bool:
         return is_closed_manifold(self.vertices, self.faces)
 
+    @property
+    def single(self) -> bool:
+        return face_components(self.faces)[0] == 1
+
 
 def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
-    """One closed, connected, outward-oriented manifold of regular triangles, about `vertices` of them.
+    """One closed, connected, outward-oriented manifold of fair triangles, about `vertices` of them.
 
-    In order, and each only where it is needed: weld; drop degenerate and duplicate faces and unused vertices; decimate
-    a huge mesh; cut non-manifold edges and bow-ties apart; orient consistently; keep the largest component by area
-    (or, when that is open, all patches that are open too, which are then joined); close holes; orient outwards;
-    remesh what is too coarse, too fine or too uneven. Deterministic and scale-free. A clean mesh comes back as it is.
+    In order, and each only where it is needed: weld; drop degenerate and duplicate faces and unused vertices; cut
+    non-manifold edges and bow-ties apart; orient consistently; keep the largest component by area (or, when that is
+    open, all patches that are open too, which are then joined); decimate a huge mesh; close holes; orient outwards;
+    remesh what is too fine, too coarse or full of needles. A clean mesh comes back as it is. Deterministic and
+    scale-free.
+
+    A mesh of fair size and fair triangles is not remeshed: that would lose details which its author kept (fingers).
 
     Args:
-        vertices: the number of vertices to remesh to.
+        vertices: the number of vertices to aim at where the mesh has fewer than a fifth or more than 1.7 times as many.
 
     Returns:
         the mesh, and the report of what was changed.
@@ -106,77 +116,65 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
     if len(mesh.faces) < 4:
         raise MeshError(f"{work.name}: {len(mesh.faces)} faces cannot enclose a volume; at least 4 are needed")
     if not work.closed:
-        stitched = _weld(work)
-        _drop_faces(work)
-        _drop_vertices(work, stitched)
-        _decimate(work, vertices)
-        _cut(work)
-    _orient(work)
-    join = _select(work)
+        _weld(work)
+    join = _make_manifold(work)
+    if len(work.vertices) > _HUGE * vertices:
+        join = _decimate(work, vertices) or join
     _close(work, join)
     _face_outwards(work)
-    _remesh(work, vertices)
+    if is_unfit(work.vertices, work.faces, vertices):
+        _remesh(work, vertices)
     if work.report == CleanReport():
         return mesh, work.report
     return Mesh(work.vertices, work.faces, mesh.name), work.report
 
 
-def _weld(work: _Work) -> int:
-    """Merge equal vertices, and border vertices a rounding error apart; the latter, whose number it returns, stay
-    behind unused."""
+def _weld(work: _Work) -> None:
+    """Merge equal vertices, and border vertices that are a rounding error apart."""
     vertices, faces, welded = weld(work.vertices, work.faces)
     table = edges(faces)
     border = np.unique(table.ends[table.count == 1])
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    close = border[cKDTree(vertices[border]).query_pairs(_STITCH * size, output_type="ndarray")] if len(border) else ()
-    stitched = 0
-    if len(close):
+    if len(border):
+        close = border[KDTree(vertices[border]).query_pairs(_STITCH * size, output_type="ndarray")]
         number, group = label_components(len(vertices), close)
         _, first = np.unique(group, return_index=True)
-        stitched = len(vertices) - number
-        faces = first[group][faces]
-    work.set(vertices, faces, welded=welded + stitched)
-    return stitched
+        keep = np.sort(first)
+        faces = np.searchsorted(keep, first)[group][faces]
+        welded += len(vertices) - number
+        vertices = vertices[keep]
+    work.set(vertices, faces, welded=welded)
 
 
-def _drop_faces(work: _Work) -> None:
-    faces = work.faces
-    proper = (faces != faces[:, [1, 2, 0]]).all(axis=1)
-    _, first = np.unique(np.sort(faces[proper], axis=1), axis=0, return_index=True)
-    kept = faces[proper][np.sort(first)]
-    work.set(work.vertices, kept, dropped_faces=len(faces) - len(kept))
+def _make_manifold(work: _Work) -> bool:
+    """All steps that need no library: afterwards every edge has one or two faces, of opposite directions.
 
-
-def _drop_vertices(work: _Work, merged: int) -> None:
-    vertices, faces = compact(work.vertices, work.faces)
-    work.set(vertices, faces, unused_vertices=len(work.vertices) - len(vertices) - merged)
-
-
-def _decimate(work: _Work, target: int) -> None:
-    before = len(work.vertices)
-    if before <= _HUGE * target:
-        return
-    vertices, faces = _prep.decimate(work.vertices, work.faces, _HUGE * target // 2)
-    work.set(*compact(vertices, faces), decimated=(before, len(vertices)))
-
-
-def _cut(work: _Work) -> None:
-    vertices, faces, added = split_nonmanifold(work.vertices, work.faces)
-    work.set(vertices, faces, cut=added)
-
-
-def _orient(work: _Work) -> None:
+    True when what was kept are patches that must be joined.
+    """
+    if not work.closed:
+        _drop_faces(work)
+        vertices, faces, added = split_nonmanifold(work.vertices, work.faces)
+        work.set(vertices, faces, cut=added)
     faces, flipped, two_sided = orient(work.faces)
     if not two_sided:
         raise MeshError(f"{work.name}: the surface has one side only (like a Moebius strip); cut it open first")
     work.set(work.vertices, faces, flipped=flipped)
+    return not work.single and _select(work)
+
+
+def _drop_faces(work: _Work) -> None:
+    faces = work.faces
+    proper = faces[(faces != faces[:, [1, 2, 0]]).all(axis=1)]
+    _, first = np.unique(np.sort(proper, axis=1), axis=0, return_index=True)
+    kept = proper[np.sort(first)]
+    work.set(work.vertices, kept, dropped_faces=len(faces) - len(kept))
+    vertices, faces = compact(work.vertices, kept)
+    work.set(vertices, faces, unused_vertices=len(work.vertices) - len(vertices))
 
 
 def _select(work: _Work) -> bool:
     """Keep the largest component; when it is open, the other open patches with it. True when patches must be joined."""
     number, label = face_components(work.faces)
-    if number == 1:
-        return False
     area = np.bincount(label, weights=face_areas(work.vertices, work.faces), minlength=number)
     table = edges(work.faces)
     on_border = table.count[table.of_halfedge] == 1
@@ -191,16 +189,25 @@ def _select(work: _Work) -> bool:
     return int(keep.sum()) > 1
 
 
+def _decimate(work: _Work, target: int) -> bool:
+    """Decimation does not promise a manifold, so what it breaks is mended, and not reported as a fault of the input."""
+    before, report = len(work.vertices), work.report
+    work.set(*_prep.decimate(work.vertices, work.faces, 2 * target))
+    join = _make_manifold(work)
+    work.report = replace(report, decimated=(before, len(work.vertices)))
+    return join
+
+
 def _close(work: _Work, join: bool) -> None:
     if work.closed:
         return
     table = edges(work.faces)
     border = table.ends[table.count == 1]
-    holes = label_components(len(work.vertices), border)[0] - (len(work.vertices) - len(np.unique(border)))
+    inner_vertices = len(work.vertices) - len(np.unique(border))
+    holes = label_components(len(work.vertices), border)[0] - inner_vertices
     patches = face_components(work.faces)[0] if join else 0
-    vertices, faces = _prep.close(work.vertices, work.faces, join)
-    work.set(vertices, faces, closed_holes=holes, joined_patches=patches)
-    if not work.closed or face_components(work.faces)[0] != 1:
+    work.set(*_prep.close(work.vertices, work.faces, join), closed_holes=holes, joined_patches=patches)
+    if not work.closed or not work.single:
         raise MeshError(f"{work.name}: its {holes} holes could not be closed; repair it in a mesh editor first")
 
 
@@ -209,22 +216,24 @@ def _face_outwards(work: _Work) -> None:
     if abs(volume) < _FLAT * float(face_areas(work.vertices, work.faces).sum()) ** 1.5:
         raise MeshError(f"{work.name}: the surface is flat and encloses no volume")
     if volume < 0:
-        work.set(work.vertices, work.faces[:, ::-1], flipped=len(work.faces) - work.report.flipped)
+        flipped = len(work.faces) - 2 * work.report.flipped  # those that were turned before are back as they came
+        work.set(work.vertices, work.faces[:, ::-1], flipped=flipped)
 
 
 def _remesh(work: _Work, target: int) -> None:
     before = len(work.vertices)
-    if _FEWEST * target <= before <= _MOST * target and unevenness(work.vertices, work.faces) <= _UNEVEN:
-        return
     vertices, faces = _prep.remesh(work.vertices, work.faces, target)
     work.set(vertices, faces, remeshed=(before, len(vertices)))
-    if not work.closed or face_components(work.faces)[0] != 1:
+    if not work.closed or not work.single:
         raise MeshError(f"{work.name}: remeshing to {target} vertices broke the surface; ask for more vertices")
 
 
-def unevenness(vertices: np.ndarray, faces: np.ndarray) -> float:
-    """How uneven the edges of a mesh are: the 99th percentile of their lengths over the 5th."""
-    ends = edges(faces).ends
-    lengths = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
-    low, high = np.percentile(lengths, (5, 99))
-    return float(high / low) if low > 0 else math.inf
+def is_unfit(vertices: np.ndarray, faces: np.ndarray, target: int) -> bool:
+    """Whether distances and level curves on this mesh would be slow or poor: too fine, too coarse, full of needles."""
+    area = face_areas(vertices, faces)
+    corners = vertices[faces]
+    squared = ((corners - corners[:, [1, 2, 0]]) ** 2).sum(axis=2)
+    quality = 4 * np.sqrt(3) * area / squared.sum(axis=1)  # 1 for the equilateral triangle, 0 for a needle
+    longest = np.sqrt(squared.max() / area.sum())
+    size_fits = _FEWEST * target <= len(vertices) <= _MOST * target
+    return bool(not size_fits or np.percentile(quality, 5) < _NEEDLES or longest > _LONGEST)

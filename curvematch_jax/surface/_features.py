@@ -77,12 +77,14 @@ def feature_points(mesh: Mesh, geodesics: Geodesics, epsilon: float) -> Features
     """Feature points of a closed, connected mesh (Tabia et al., IEEE PAMI 33(4), 2011, section 3).
 
     `f1` and `f2` are the distances from the ends `v1`, `v2` of the diameter, `F1` and `F2` their local extrema. A
-    vertex of `F1` is a candidate when a vertex of `F2` lies within `epsilon` of it. The definition leaves open which
-    of several candidates within `epsilon` of each other stays: here they are accepted farthest first. The first is
-    the candidate with the largest mean distance to the surface, each next one the candidate farthest
-    from those accepted, until none is more than `epsilon` away from them. Ties go to the lower vertex index.
+    vertex is a feature point when a vertex of `F1` and a vertex of `F2` lie within `epsilon` of it and no other
+    feature point does. What the definition leaves open is fixed as follows.
 
-    When no candidate exists the ends of the diameter are the feature points, and `fallback` is set.
+    Of the vertices that qualify, the candidates are those half-way between a vertex of `F1` and the nearest vertex of
+    `F2`. They are accepted farthest first: the first is the candidate with the largest mean distance to the others,
+    each next one the candidate farthest from those accepted, until none is more than `epsilon` away from
+    them. Ties go to the lower vertex index. When no vertex qualifies the ends of the diameter are the feature points,
+    and `fallback` is set.
 
     Args:
         geodesics: the distance fields of `mesh`.
@@ -92,16 +94,28 @@ def feature_points(mesh: Mesh, geodesics: Geodesics, epsilon: float) -> Features
     first = local_extrema(mesh.faces, geodesics(v1))
     second = local_extrema(mesh.faces, geodesics(v2))
     reach = epsilon * diameter
-    candidates = [v for v in first.tolist() if geodesics(v)[second].min() <= reach]
-    if not candidates:
+    candidates = _candidates(geodesics, first, second, reach)
+    if not len(candidates):
         return Features(np.array([v1, v2]), diameter, (v1, v2), True)
-    fields = np.stack([geodesics(v) for v in candidates])
-    order = _farthest_first(fields[:, candidates], fields.mean(axis=1), reach)
-    return Features(np.array(candidates)[order], diameter, (v1, v2), False)
+    between = np.stack([geodesics(v)[candidates] for v in candidates.tolist()])
+    return Features(candidates[_farthest_first(between, reach)], diameter, (v1, v2), False)
 
 
-def _farthest_first(between: np.ndarray, remoteness: np.ndarray, reach: float) -> list[int]:
-    accepted = [int(np.argmax(remoteness))]
+def _candidates(geodesics: Geodesics, first: np.ndarray, second: np.ndarray, reach: float) -> np.ndarray:
+    found = set()
+    for start in first.tolist():
+        field = geodesics(start)
+        partner = int(second[np.argmin(field[second])])
+        if field[partner] <= 2 * reach:
+            farther = np.maximum(field, geodesics(partner))
+            middle = int(np.argmin(farther))
+            if farther[middle] <= reach:
+                found.add(middle)
+    return np.array(sorted(found), dtype=np.int64)
+
+
+def _farthest_first(between: np.ndarray, reach: float) -> list[int]:
+    accepted = [int(np.argmax(between.mean(axis=1)))]
     nearest = between[accepted[0]].copy()
     while nearest.max() > reach:
         accepted.append(int(np.argmax(nearest)))

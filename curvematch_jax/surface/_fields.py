@@ -7,9 +7,13 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import dijkstra
 
 from ._mesh import Mesh
-from ._topology import edges
+from ._topology import edges, face_areas
 
 Field = Literal["heat", "fast_marching"]
+
+# The heat method's time is the square of this length, given in square roots of the area, or of the mean edge if that is
+# longer. A length that does not depend on the mesh makes fields, and so feature points, depend less on it.
+_SMOOTHING = 0.03
 
 # Bounds of a sound field against the shortest way along edges, which is never shorter than the geodesic distance.
 _SHORTEST, _LONGEST = 0.5, 1.1
@@ -40,7 +44,11 @@ class Geodesics:
         scaled = (mesh.vertices - mesh.vertices.mean(axis=0)) / unit
         self._unit = unit
         self._marching = potpourri3d.MeshFastMarchingDistanceSolver(scaled, mesh.faces)
-        self._heat = potpourri3d.MeshHeatMethodDistanceSolver(scaled, mesh.faces) if field == "heat" else None
+        self._heat = None
+        if field == "heat":
+            area = float(face_areas(scaled, mesh.faces).sum())
+            time = max(1.0, _SMOOTHING**2 * area)  # in squared mean edges
+            self._heat = potpourri3d.MeshHeatMethodDistanceSolver(scaled, mesh.faces, t_coef=time)
         self._known: dict[int, np.ndarray] = {}
 
     def __call__(self, source: int) -> np.ndarray:

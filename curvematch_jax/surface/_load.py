@@ -76,7 +76,7 @@ def _read_with_trimesh(data: bytes, suffix: str) -> tuple[np.ndarray, np.ndarray
     finally:
         log.setLevel(level)
     if not len(mesh.faces):
-        raise MeshError(f"the {suffix.upper()} file holds no faces")
+        raise MeshError(f"no faces in this {suffix.upper()} file: it holds something else, or is truncated or damaged")
     return np.asarray(mesh.vertices), np.asarray(mesh.faces)
 
 

@@ -1,4 +1,4 @@
-"""Object File Format. trimesh drops what a truncated file lacks and puts quads after triangles; this reader does not."""
+"""Object File Format. Unlike trimesh's, this reader refuses truncated files and keeps the order of the faces."""
 
 import re
 

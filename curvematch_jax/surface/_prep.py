@@ -10,7 +10,7 @@ import numpy as np
 from .._optional import require
 from ._topology import face_areas, is_closed_manifold
 
-_ITERATIONS = 10
+_ITERATIONS = 5
 
 
 def close(vertices: np.ndarray, faces: np.ndarray, join: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -32,7 +32,7 @@ def close(vertices: np.ndarray, faces: np.ndarray, join: bool) -> tuple[np.ndarr
 def decimate(vertices: np.ndarray, faces: np.ndarray, target: int) -> tuple[np.ndarray, np.ndarray]:
     """Collapse edges, by quadric error, down to about `target` vertices."""
     simplification = require("fast_simplification", "prep", "decimating a mesh of this size")
-    points, triangles = simplification.simplify(vertices, faces.astype(np.int32), target_count=2 * target)
+    points, triangles = simplification.simplify(np.array(vertices), faces.astype(np.int32), target_count=2 * target)
     return np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int64)
 
 

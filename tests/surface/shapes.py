@@ -1,0 +1,68 @@
+"""Small generated surfaces."""
+
+import numpy as np
+import trimesh
+
+from curvematch_jax.surface import Mesh
+
+AXES = np.concatenate([np.eye(3), -np.eye(3)])
+
+
+def sphere(subdivisions: int = 4) -> Mesh:
+    made = trimesh.creation.icosphere(subdivisions=subdivisions)
+    return Mesh(np.asarray(made.vertices), np.asarray(made.faces), "sphere")
+
+
+def limbed(directions: np.ndarray = AXES, length: float = 1.5, subdivisions: int = 4) -> Mesh:
+    """A ball with a limb in each direction, its tip at distance `1 + length`."""
+    ball = sphere(subdivisions)
+    out = np.asarray(directions) / np.linalg.norm(directions, axis=1, keepdims=True)
+    radius = 1 + length * np.exp(12 * (ball.vertices @ out.T - 1)).sum(axis=1)
+    return Mesh(ball.vertices * radius[:, None], ball.faces, "limbed")
+
+
+def torus(major: float = 1.0, minor: float = 0.3) -> Mesh:
+    made = trimesh.creation.torus(major, minor, major_sections=96, minor_sections=32)
+    return Mesh(np.asarray(made.vertices), np.asarray(made.faces), "torus")
+
+
+def cube(cells: int = 1) -> Mesh:
+    """The unit cube, each side cut into `cells` x `cells` squares of two triangles; every vertex once."""
+    steps = np.arange(cells + 1) / cells
+    row, column = np.meshgrid(np.arange(cells), np.arange(cells), indexing="ij")
+    low = (row * (cells + 1) + column).ravel()
+    across = cells + 1
+    square = np.concatenate(
+        [np.stack([low, low + across, low + 1], axis=1), np.stack([low + 1, low + across, low + across + 1], axis=1)]
+    )
+    grid = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
+    points, faces = [], []
+    for axis in range(3):
+        for side in (0.0, 1.0):
+            faces.append((square if side else square[:, ::-1]) + sum(len(block) for block in points))
+            points.append(np.roll(np.insert(grid, 2, side, axis=1), axis + 1, axis=1))
+    places, group = np.unique(np.concatenate(points).round(12), axis=0, return_inverse=True)
+    return Mesh(places, group.ravel()[np.concatenate(faces)], "cube")
+
+
+def joined(*meshes: Mesh) -> Mesh:
+    """All vertices and faces in one mesh, nothing merged."""
+    starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
+    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces), "joined")
+
+
+def moved(mesh: Mesh, offset: tuple[float, float, float] = (0, 0, 0), scale: float = 1.0) -> Mesh:
+    return Mesh(mesh.vertices * scale + offset, mesh.faces, mesh.name)
+
+
+def without(mesh: Mesh, faces: np.ndarray) -> Mesh:
+    """The mesh without some of its faces."""
+    keep = np.ones(len(mesh.faces), dtype=bool)
+    keep[faces] = False
+    return Mesh(mesh.vertices, mesh.faces[keep], mesh.name)
+
+
+def soup(mesh: Mesh) -> Mesh:
+    """Every corner a vertex of its own, as in an STL file."""
+    return Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3), mesh.name)
