@@ -1,15 +1,85 @@
-"""Elastic shapes of closed curves, and the retrieval of 3D models by them."""
+"""Elastic shapes of closed curves, and the retrieval of 3D models by them.
 
+`elastic` compares closed curves, `surface` turns meshes into parts made of level curves, and `retrieval` ranks models by
+their parts. Mesh and picture libraries are loaded on their first use.
+"""
+
+from .datasets import Creature, creature, creatures, labelled_folder
 from .elastic import (
     Aligner,
     Alignment,
+    Geodesic,
     align,
+    aligned_srvf,
+    alignment_distance,
+    centre,
     distance_matrix,
+    elastic_distance,
+    geodesic,
     length,
     pair_distances,
+    project_closed,
     resample,
     to_curve,
     to_srvf,
 )
+from .retrieval import (
+    GradedScores,
+    Matching,
+    Ranking,
+    Scores,
+    dissimilarity_matrix,
+    evaluate,
+    evaluate_graded,
+    load_collection,
+    load_matrix,
+    load_parts,
+    rank,
+    save_matrix,
+    save_parts,
+)
+from .surface import CleanReport, Extraction, Mesh, MeshError, Parts, clean, extract_parts, load_mesh
 
-__all__ = ["Aligner", "Alignment", "align", "distance_matrix", "length", "pair_distances", "resample", "to_curve", "to_srvf"]
+__all__ = [
+    "Aligner",
+    "Alignment",
+    "CleanReport",
+    "Creature",
+    "Extraction",
+    "Geodesic",
+    "GradedScores",
+    "Matching",
+    "Mesh",
+    "MeshError",
+    "Parts",
+    "Ranking",
+    "Scores",
+    "align",
+    "aligned_srvf",
+    "alignment_distance",
+    "centre",
+    "clean",
+    "creature",
+    "creatures",
+    "dissimilarity_matrix",
+    "distance_matrix",
+    "elastic_distance",
+    "evaluate",
+    "evaluate_graded",
+    "extract_parts",
+    "geodesic",
+    "labelled_folder",
+    "length",
+    "load_collection",
+    "load_matrix",
+    "load_mesh",
+    "load_parts",
+    "pair_distances",
+    "project_closed",
+    "rank",
+    "resample",
+    "save_matrix",
+    "save_parts",
+    "to_curve",
+    "to_srvf",
+]

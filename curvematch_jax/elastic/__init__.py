@@ -4,16 +4,25 @@ from ._align import Alignment, align
 from ._aligner import Aligner
 from ._batch import distance_matrix, pair_distances
 from ._curve import centre, length, resample
+from ._distance import alignment_distance, elastic_distance
+from ._geodesic import Geodesic, aligned_srvf, geodesic
+from ._preshape import project_closed
 from ._srvf import to_curve, to_srvf
 
 __all__ = [
     "Aligner",
     "Alignment",
+    "Geodesic",
     "align",
+    "aligned_srvf",
+    "alignment_distance",
     "centre",
     "distance_matrix",
+    "elastic_distance",
+    "geodesic",
     "length",
     "pair_distances",
+    "project_closed",
     "resample",
     "to_curve",
     "to_srvf",

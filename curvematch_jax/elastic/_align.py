@@ -112,8 +112,7 @@ def align_represented(first: Representative, second: Representative, aligner: Al
     lower, upper = jax.tree.map(choose, second, first), jax.tree.map(choose, first, second)
     forth, back = solve(lower, upper, aligner)
     here = jax.tree.map(lambda a, b: jnp.where(swap.reshape((1,) * (a.ndim - 1) + (-1,)), b, a), forth, back)
-    distance = jnp.maximum(forth.distance, back.distance)
-    return Alignment(jnp.moveaxis(here.rotation, -1, 0), here.warp.T, distance)
+    return Alignment(jnp.moveaxis(here.rotation, -1, 0), here.warp.T, here.distance)
 
 
 def _key(curve: Representative) -> Float[Array, " b"]:

@@ -30,7 +30,7 @@ class Aligner:
     steps: int = 5
     rounds: int = 1
     nodes: int = 2
-    chunk: int = 256
+    chunk: int = 64
 
     def __post_init__(self) -> None:
         for name, least in _LEAST.items():
@@ -49,7 +49,7 @@ class Aligner:
     @classmethod
     def accurate(cls) -> "Aligner":
         """The best alignment known, at about a twentieth of the speed."""
-        return cls(seeds=16, kept=6, slope=4, steps=12, rounds=2, nodes=4, chunk=64)
+        return cls(seeds=16, kept=6, slope=4, steps=12, rounds=2, nodes=4, chunk=32)
 
     @classmethod
     def rigid(cls) -> "Aligner":

@@ -20,7 +20,7 @@ def velocity(curve: Float[Array, "*b d n"], m: int) -> Float[Array, "*b d m"]:
     n = curve.shape[-1]
     frequency = np.arange(n // 2 + 1)
     frequency[n // 2 :] *= n % 2  # The derivative of the Nyquist mode is not determined by the samples.
-    factor = jnp.asarray(2j * np.pi * frequency * (m / n), jnp.result_type(curve.dtype, jnp.complex64))
+    factor = jnp.asarray(2j * np.pi * frequency * (m / n), np.result_type(curve.dtype, np.complex64))
     spectrum = jnp.fft.rfft(curve, axis=-1) * factor.reshape((1,) * (curve.ndim - 1) + (-1,))
     return jnp.fft.irfft(spectrum, n=m, axis=-1).astype(curve.dtype)
 

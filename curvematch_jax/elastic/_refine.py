@@ -13,6 +13,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Bool, Float
 
+from ._lanes import dot, frobenius, mean_rows, once
 from ._rotation import best_rotation, covariance, rotate
 from ._warp import from_increments
 
@@ -40,12 +41,12 @@ def match(q1: Float[Array, "d n m l"], table: Float[Array, "d t l"], gamma: Floa
     d, n, m, lanes = q1.shape
     steps = jnp.diff(gamma, axis=0)
     x = gamma[:-1, None] + _pieces(m, gamma.dtype)[0] * steps[:, None]
-    q2, dq2 = _look_up(table, x.reshape(n * m, lanes))
+    q2, dq2 = once(_look_up, x.reshape(n * m, lanes), table)
     q2, dq2 = q2.reshape(q1.shape), dq2.reshape(q1.shape)
     root = jnp.sqrt(jnp.maximum(steps * n, LEAST_SLOPE))
     c = covariance(q1.reshape(d, n * m, lanes), (q2 * root[None, :, None]).reshape(d, n * m, lanes))
     rotation = best_rotation(c)
-    return Match(gamma, jnp.sum(rotation * c, axis=(0, 1)), rotation, q2, dq2, root)
+    return Match(gamma, frobenius(rotation, c), rotation, q2, dq2, root)
 
 
 def distance(q1: Float[Array, "d n m l"], here: Match) -> Float[Array, " l"]:
@@ -54,61 +55,73 @@ def distance(q1: Float[Array, "d n m l"], here: Match) -> Float[Array, " l"]:
     Through the chord, `2 arcsin(|u - v| / 2)`: precise near 0, where the arc cosine of a rounded cosine is not.
     """
     q2 = rotate(here.rotation[:, :, None, None], here.q2) * here.root[None, :, None]
-    unit = lambda q: q / jnp.sqrt(jnp.mean(jnp.sum(q * q, axis=0), axis=(0, 1)))[None, None, None]  # noqa: E731
-    difference = unit(q1) - unit(q2)
-    chord = jnp.sqrt(jnp.mean(jnp.sum(difference * difference, axis=0), axis=(0, 1)))
+    size = lambda q: jnp.sqrt(mean_rows(dot(q, q).reshape(-1, q.shape[-1])))  # noqa: E731
+    unit = lambda q: q / size(q)[None, None, None]  # noqa: E731
+    chord = size(unit(q1) - unit(q2))
     return 2 * jnp.arcsin(jnp.minimum(chord / 2, 1))
+
+
+class _State(NamedTuple):
+    """Where a refinement stands: the warp, its cosine, and the normal equations there."""
+
+    gamma: Float[Array, "n+1 l"]
+    cosine: Float[Array, " l"]
+    gradient: Float[Array, "n l"]
+    diagonal: Float[Array, "n l"]
+    beside: Float[Array, "n l"]
 
 
 def refine(
     q1: Float[Array, "d n m l"], table: Float[Array, "d t l"], gamma: Float[Array, "n+1 l"], steps: int
-) -> Match:
-    """`steps` damped Gauss-Newton steps from `gamma`, each lane with its own damping."""
+) -> Float[Array, "n+1 l"]:
+    """The warp after `steps` damped Gauss-Newton steps, each lane with its own damping."""
+
+    def state(gamma) -> _State:
+        here = match(q1, table, gamma)
+        return _State(gamma, here.cosine, *_normal_equations(q1, here))
 
     def step(carry, _):
-        here, damping = carry
-        there = match(q1, table, _moved(q1, here, damping))
-        better = there.cosine > here.cosine
-        kept = jax.tree.map(lambda new, old: jnp.where(better.reshape((1,) * (new.ndim - 1) + (-1,)), new, old), there, here)
+        old, damping = carry
+        new = state(_moved(old, damping))
+        better = new.cosine > old.cosine
+        kept = jax.tree.map(lambda x, y: jnp.where(better.reshape((1,) * (x.ndim - 1) + (-1,)), x, y), new, old)
         lower, higher = jnp.maximum(damping * 0.3, _LEAST_DAMPING), jnp.minimum(damping * 8, _MOST_DAMPING)
         return (kept, jnp.where(better, lower, higher)), None
 
-    first = match(q1, table, gamma)
+    first = state(gamma)
     damping = jnp.full_like(first.cosine, _FIRST_DAMPING)
-    return lax.scan(step, (first, damping), None, length=steps)[0][0]
+    return lax.scan(step, (first, damping), None, length=steps)[0][0].gamma
 
 
-def _moved(q1: Float[Array, "d n m l"], here: Match, damping: Float[Array, " l"]) -> Float[Array, "n+1 l"]:
+def _moved(here: _State, damping: Float[Array, " l"]) -> Float[Array, "n+1 l"]:
     """The warp after one damped step, its intervals kept positive."""
-    gradient, diagonal, beside = _normal_equations(q1, here)
-    change = solve_cyclic(diagonal * (1 + damping[None]) + 1e-6 * gradient.shape[0], beside, gradient)
+    n = here.gradient.shape[0]
+    diagonal = here.diagonal * (1 + damping[None]) + 1e-6 * n
+    change = solve_cyclic(diagonal, here.beside, here.gradient)
     steps = jnp.diff(here.gamma, axis=0)
     longer = steps + jnp.roll(change, -1, axis=0) - change
-    n = steps.shape[0]
     longer = jnp.maximum(jnp.maximum(longer, _SHRINK * steps), LEAST_SLOPE / n)
     moved = from_increments(here.gamma[0], longer)
-    drift = jnp.mean(here.gamma[:-1] + change - moved[:-1], axis=0)
+    drift = mean_rows(here.gamma[:-1] + change - moved[:-1])
     return moved + drift[None]
 
 
-def _normal_equations(q1, here: Match):
+def _normal_equations(q1: Float[Array, "d n m l"], here: Match) -> tuple[Float[Array, "n l"], ...]:
     """Gradient of the cosine, and diagonal and off-diagonal of the Gauss-Newton matrix, in the samples of the warp."""
     _, n, m, _ = q1.shape
-    forward, backward = _pieces(m, q1.dtype)
+    share, rest = _pieces(m, q1.dtype)
     root = here.root[:, None]
     target = rotate(jnp.swapaxes(here.rotation, 0, 1)[:, :, None, None], q1)
-    dot = lambda a, b: jnp.sum(a * b, axis=0)  # noqa: E731
     stretch = n / (2 * root)
-    dq_dq, q_dq = dot(here.dq2, here.dq2) * root * root, dot(here.q2, here.dq2) * root * stretch
+    total = lambda values: sum(values[:, i] for i in range(m)) / (n * m)  # noqa: E731
+    dq_dq, q_dq = dot(here.dq2, here.dq2) * root * root, dot(here.q2, here.dq2) * (n / 2)
     q_q = dot(here.q2, here.q2) * stretch * stretch
     t_dq, t_q = dot(target, here.dq2) * root, dot(target, here.q2) * stretch
-    total = lambda values: jnp.sum(values, axis=1) / (n * m)  # noqa: E731
-    left, right = total(t_dq * backward - t_q), total(t_dq * forward + t_q)
-    left_left = total(dq_dq * backward * backward - 2 * q_dq * backward + q_q)
-    right_right = total(dq_dq * forward * forward + 2 * q_dq * forward + q_q)
-    left_right = total(dq_dq * forward * backward + q_dq * (backward - forward) - q_q)
-    gradient = left + jnp.roll(right, 1, axis=0)
-    return gradient, left_left + jnp.roll(right_right, 1, axis=0), left_right
+    left, right = total(t_dq * rest - t_q), total(t_dq * share + t_q)
+    left_left = total(dq_dq * rest * rest - 2 * q_dq * rest + q_q)
+    right_right = total(dq_dq * share * share + 2 * q_dq * share + q_q)
+    left_right = total(dq_dq * share * rest + q_dq * (rest - share) - q_q)
+    return left + jnp.roll(right, 1, axis=0), left_left + jnp.roll(right_right, 1, axis=0), left_right
 
 
 def _pieces(m: int, dtype) -> tuple[Float[Array, "1 m 1"], Float[Array, "1 m 1"]]:
@@ -117,14 +130,14 @@ def _pieces(m: int, dtype) -> tuple[Float[Array, "1 m 1"], Float[Array, "1 m 1"]
     return share, 1 - share
 
 
-def _look_up(table: Float[Array, "d t l"], x: Float[Array, "k l"]):
+def _look_up(x: Float[Array, "k l"], table: Float[Array, "d t l"]):
     """Periodic linear interpolation along the middle axis, and its derivative."""
     size = table.shape[1]
     position = x * size
     floor = jnp.floor(position)
-    index = (floor.astype(jnp.int32) % size)[None]
-    left = jnp.take_along_axis(table, index, axis=1, mode="promise_in_bounds")
-    right = jnp.take_along_axis(table, (index + 1) % size, axis=1, mode="promise_in_bounds")
+    index = floor.astype(jnp.int32) % size
+    take = lambda at: jnp.stack([jnp.take_along_axis(row, at, axis=0, mode="promise_in_bounds") for row in table])  # noqa: E731
+    left, right = take(index), take((index + 1) % size)
     rise = right - left
     return left + rise * (position - floor)[None], rise * size
 

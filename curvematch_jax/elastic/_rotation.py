@@ -5,7 +5,10 @@ For `C = integral q1 q2^T`, `tr(R^T C) = <q1, R q2>` is maximal over SO(d) at `s
 """
 
 import jax.numpy as jnp
+from jax import lax
 from jaxtyping import Array, Float
+
+from ._lanes import dot, frobenius, mean_rows
 
 _NEWTON_STEPS = 8
 _SQUARINGS = 18
@@ -17,8 +20,7 @@ def rotation_gain(c: Float[Array, "d d *l"]) -> Float[Array, "*l"]:
         return jnp.sqrt((c[0, 0] + c[1, 1]) ** 2 + (c[0, 1] - c[1, 0]) ** 2)
     if c.shape[0] == 3:
         return _quartic_root(c)
-    rotation = best_rotation(c)
-    return jnp.sum(rotation * c, axis=(0, 1))
+    return frobenius(best_rotation(c), c)
 
 
 def best_rotation(c: Float[Array, "d d *l"]) -> Float[Array, "d d *l"]:
@@ -47,7 +49,7 @@ def _quartic_root(c: Float[Array, "3 3 *l"]) -> Float[Array, "*l"]:
         for j in range(3)
     ]
     determinant = sum(c[0, j] * cofactors[j] for j in range(3))
-    square = jnp.sum(c * c, axis=(0, 1))
+    square = frobenius(c, c)
     constant = square * square - 4 * sum(x * x for x in cofactors)
     root = jnp.sqrt(3 * square)
     for _ in range(_NEWTON_STEPS):
@@ -68,15 +70,18 @@ def _horn(c: Float[Array, "3 3 *l"]) -> Float[Array, "4 4 *l"]:
 def _largest_eigenvector(k: Float[Array, "4 4 *l"]) -> Float[Array, "4 *l"]:
     """Power iteration by repeated squaring: no special case, and finite where eigenvalues coincide."""
     lanes = (1,) * (k.ndim - 2)
-    size = jnp.sqrt(jnp.sum(k * k, axis=(0, 1)))
+    size = jnp.sqrt(frobenius(k, k))
     power = k / jnp.where(size > 0, size, 1)[None, None] + jnp.eye(4, dtype=k.dtype).reshape(4, 4, *lanes)
-    for _ in range(_SQUARINGS):
+
+    def square(_, power):
         power = sum(power[:, None, i] * power[None, i, :] for i in range(4))
-        power = power / sum(power[i, i] for i in range(4))[None, None]
+        return power / sum(power[i, i] for i in range(4))[None, None]
+
+    power = lax.fori_loop(0, _SQUARINGS, square, power)
     diagonal = jnp.stack([power[i, i] for i in range(4)])
     column = jnp.argmax(diagonal, axis=0)
     vector = jnp.take_along_axis(power, column[None, None], axis=1)[:, 0]
-    return vector / jnp.sqrt(jnp.sum(vector * vector, axis=0))[None]
+    return vector / jnp.sqrt(dot(vector, vector))[None]
 
 
 def _from_quaternion(q: Float[Array, "4 *l"]) -> Float[Array, "3 3 *l"]:
@@ -104,4 +109,4 @@ def rotate(rotation: Float[Array, "d d *l"], field: Float[Array, "d *k"]) -> Flo
 
 def covariance(q1: Float[Array, "d n l"], q2: Float[Array, "d n l"]) -> Float[Array, "d d l"]:
     """`C = mean_k q1_k q2_k^T`."""
-    return jnp.mean(q1[:, None] * q2[None, :], axis=2)
+    return mean_rows(jnp.stack([jnp.stack([x * y for y in q2]) for x in q1]))

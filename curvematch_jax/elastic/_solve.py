@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
@@ -11,8 +12,12 @@ from . import _warp as warps
 from ._aligner import Aligner
 from ._curve import Representative
 from ._dynamic import best_path
+from ._lanes import frobenius
 from ._rotation import best_rotation, covariance, rotate, rotation_gain
 from ._start import find_starts, peak_shift, shift_covariances
+
+_AGREEMENT_STEPS = 7
+_LEAST_START_SLOPE = 0.02
 
 
 class Direction(NamedTuple):
@@ -38,7 +43,7 @@ def _lanes(array: Float[Array, "b ..."]) -> Float[Array, "..."]:
 def _rigid(first: Representative, second: Representative) -> tuple[Direction, Direction]:
     shift, c = peak_shift(shift_covariances(first.tangents, second.tangents))
     rotation = best_rotation(c)
-    distance = jnp.arccos(jnp.clip(jnp.sum(rotation * c, axis=(0, 1)), -1, 1))
+    distance = jnp.arccos(jnp.clip(frobenius(rotation, c), -1, 1))
     turn = shift / first.tangents.shape[-1]
     forth = _to_parameter(lambda x: x + turn[None], _lanes(first.arcs), _lanes(second.times))
     back = _to_parameter(lambda x: x - turn[None], _lanes(second.arcs), _lanes(first.times))
@@ -72,14 +77,22 @@ def _refined(first: Representative, second: Representative, gamma, aligner: Alig
     )
     both = jnp.concatenate([gamma, warps.invert(gamma)], axis=-1)
     start = _to_parameter(lambda x: warps.evaluate(both, x), arcs, times)
-    here = refinement.refine(q1, table, warps.strictly_increasing(start, 0.02), aligner.steps)
-    for _ in range(aligner.rounds - 1):
-        half = kept * pairs
-        swapped = jnp.roll(warps.invert(here.gamma), half, axis=-1)
-        other = refinement.match(q1, table, warps.strictly_increasing(swapped, 0.02))
-        start = jnp.where((other.cosine > here.cosine)[None], other.gamma, here.gamma)
-        here = refinement.refine(q1, table, start, aligner.steps)
-    return _best_of_seeds(refinement.distance(q1, here), here, (2, kept, pairs))
+
+    def refine_once(warp, _):
+        return refinement.refine(q1, table, warp, aligner.steps), None
+
+    def refine_again(warp, _):
+        own = refinement.match(q1, table, warp)
+        swapped = warps.strictly_increasing(jnp.roll(warps.invert(warp), kept * pairs, axis=-1), _LEAST_START_SLOPE)
+        other = refinement.match(q1, table, swapped)
+        return refine_once(jnp.where((other.cosine > own.cosine)[None], swapped, warp), _)
+
+    warp, _ = refine_once(warps.strictly_increasing(start, _LEAST_START_SLOPE), None)
+    warp, _ = lax.scan(refine_again, warp, None, length=aligner.rounds - 1)
+    here = refinement.match(q1, table, warp)
+    forth, back = _best_of_seeds(refinement.distance(q1, here), here, (2, kept, pairs))
+    ends = tuple(x[..., :pairs] for x in (q1, table)), tuple(x[..., kept * pairs :][..., :pairs] for x in (q1, table))
+    return _agreed(forth, back, *ends)
 
 
 def _best_of_seeds(distance, here: refinement.Match, shape) -> tuple[Direction, Direction]:
@@ -89,6 +102,34 @@ def _best_of_seeds(distance, here: refinement.Match, shape) -> tuple[Direction, 
     distance, rotation, warp = pick(distance), pick(here.rotation), pick(here.gamma)
     forth, back = (Direction(distance[i], rotation[:, :, i], warp[:, i]) for i in range(2))
     return forth, back
+
+
+def _agreed(forth: Direction, back: Direction, ends1, ends2) -> tuple[Direction, Direction]:
+    """Make the two readings one alignment, of one distance.
+
+    Where curve2 skips a piece of curve1, `n` samples on curve1 hold the skip exactly, and those on curve2 spend an
+    interval on it: the readings differ by a few hundredths. Both can hold the larger distance. The better one moves
+    towards the inverse of the other until it is there, by bisection.
+    """
+    lead = forth.distance < back.distance
+    choose = lambda a, b: jnp.where(lead.reshape((1,) * (a.ndim - 1) + (-1,)), a, b)  # noqa: E731
+    better, worse = jax.tree.map(choose, forth, back), jax.tree.map(choose, back, forth)
+    q1, table = jax.tree.map(choose, ends1, ends2)
+    inverse = warps.invert(worse.warp)
+    inverse = inverse + jnp.round(jnp.mean(better.warp - inverse, axis=0, keepdims=True))
+    at = lambda share: refinement.match(q1, table, better.warp + share[None] * (inverse - better.warp))  # noqa: E731
+
+    def halve(_, bracket):
+        low, high = bracket
+        middle = (low + high) / 2
+        short = refinement.distance(q1, at(middle)) < worse.distance
+        return jnp.where(short, middle, low), jnp.where(short, high, middle)
+
+    zero = jnp.zeros_like(worse.distance)
+    low, high = lax.fori_loop(0, _AGREEMENT_STEPS, halve, (zero, zero + 1))
+    here = at((low + high) / 2)
+    agreed = Direction(worse.distance, here.rotation, here.gamma)
+    return jax.tree.map(choose, agreed, worse), jax.tree.map(choose, worse, agreed)
 
 
 def _sides(first: Representative, second: Representative, nodes: int):

@@ -36,6 +36,6 @@ def to_curve(q: ArrayLike) -> Float[Array, "*b d n"]:
     factor = np.zeros(n // 2 + 1, complex)
     half = (n - 1) // 2
     factor[1 : half + 1] = 1 / (2j * np.pi * frequency[1 : half + 1])
-    factor = jnp.asarray(factor, jnp.result_type(q.dtype, jnp.complex64))
+    factor = jnp.asarray(factor, np.result_type(q.dtype, np.complex64))
     spectrum = jnp.fft.rfft(speed_vector, axis=-1) * factor.reshape((1,) * (q.ndim - 1) + (-1,))
     return jnp.fft.irfft(spectrum, n=n, axis=-1).astype(q.dtype)
