@@ -22,13 +22,13 @@ class Aligner:
         chunk: pairs computed at once.
     """
 
-    grid: int = 64
+    grid: int = 48
     seeds: int = 6
     band: float = 0.25
     slope: int = 3
     kept: int = 1
-    steps: int = 5
-    rounds: int = 1
+    steps: int = 4
+    rounds: int = 2
     nodes: int = 2
     chunk: int = 64
 
@@ -49,9 +49,9 @@ class Aligner:
     @classmethod
     def accurate(cls) -> "Aligner":
         """The best alignment known, at about a twentieth of the speed."""
-        return cls(seeds=16, kept=6, slope=4, steps=12, rounds=2, nodes=4, chunk=32)
+        return cls(grid=64, seeds=16, kept=6, slope=4, steps=12, nodes=4, chunk=32)
 
     @classmethod
     def rigid(cls) -> "Aligner":
         """Start point and rotation only, both curves by arc length: a lower bound of the effort, an upper bound of the distance."""
-        return cls(slope=0)
+        return cls(grid=64, slope=0)
