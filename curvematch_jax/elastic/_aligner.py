@@ -54,4 +54,4 @@ class Aligner:
     @classmethod
     def rigid(cls) -> "Aligner":
         """Start point and rotation only, both curves by arc length: a lower bound of the effort, an upper bound of the distance."""
-        return cls(grid=64, slope=0)
+        return cls(grid=64, slope=0, chunk=256)
