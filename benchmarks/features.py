@@ -7,9 +7,9 @@ DIR is a folder like the SHREC'07 watertight track: mesh files, `labels.csv` (`f
 with limbs are judged.
 
 Landmarks are what a person thought worth picking, tips and others (elbows, navels). A landmark is a *tip* when the
-mean geodesic distance to the surface, which is highest at the ends of protrusions, has a maximum close to it: some vertex
-within 0.05 diameters of the landmark is the highest within 0.1 diameters of itself. That does not depend on the fields
-from which feature points are made.
+mean geodesic distance to the surface, which is highest at the ends of protrusions, has a maximum close to it: some
+vertex within 0.05 diameters of the landmark is the highest within 0.1 diameters of itself. That does not depend on the
+fields from which feature points are made.
 """
 
 import argparse

@@ -233,7 +233,8 @@ def is_unfit(vertices: np.ndarray, faces: np.ndarray, target: int) -> bool:
     area = face_areas(vertices, faces)
     corners = vertices[faces]
     squared = ((corners - corners[:, [1, 2, 0]]) ** 2).sum(axis=2)
+    fair_size = _FEWEST * target <= len(vertices) <= _MOST * target
+    if not fair_size or squared.min() == 0 or squared.max() > _LONGEST**2 * area.sum():
+        return True
     quality = 4 * np.sqrt(3) * area / squared.sum(axis=1)  # 1 for the equilateral triangle, 0 for a needle
-    longest = np.sqrt(squared.max() / area.sum())
-    size_fits = _FEWEST * target <= len(vertices) <= _MOST * target
-    return bool(not size_fits or np.percentile(quality, 5) < _NEEDLES or longest > _LONGEST)
+    return bool(np.percentile(quality, 5) < _NEEDLES)

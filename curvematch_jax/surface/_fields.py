@@ -19,6 +19,12 @@ _SMOOTHING = 0.03
 _SHORTEST, _LONGEST = 0.5, 1.1
 
 
+def check_field(field: str) -> None:
+    """Raise `ValueError` unless `field` names a method."""
+    if field not in get_args(Field):
+        raise ValueError(f"field must be one of {', '.join(get_args(Field))}, found {field!r}")
+
+
 class Geodesics:
     """Geodesic distances on one mesh; what can be shared between sources is prepared once.
 
@@ -36,19 +42,18 @@ class Geodesics:
     def __init__(self, mesh: Mesh, field: Field = "heat"):
         import potpourri3d
 
-        if field not in get_args(Field):
-            raise ValueError(f"field must be one of {', '.join(get_args(Field))}, found {field!r}")
+        check_field(field)
         self._mesh = mesh
         self._graph = _edge_graph(mesh)
-        unit = _mean_edge(self._graph)
-        scaled = (mesh.vertices - mesh.vertices.mean(axis=0)) / unit
-        self._unit = unit
-        self._marching = potpourri3d.MeshFastMarchingDistanceSolver(scaled, mesh.faces)
+        self._unit = float(self._graph.data.mean())
+        self._used, faces = np.unique(mesh.faces, return_inverse=True)  # the solvers refuse vertices without faces
+        scaled = (mesh.vertices[self._used] - mesh.vertices[self._used].mean(axis=0)) / self._unit
+        faces = faces.reshape(mesh.faces.shape)
+        self._marching = potpourri3d.MeshFastMarchingDistanceSolver(scaled, faces)
         self._heat = None
         if field == "heat":
-            area = float(face_areas(scaled, mesh.faces).sum())
-            time = max(1.0, _SMOOTHING**2 * area)  # in squared mean edges
-            self._heat = potpourri3d.MeshHeatMethodDistanceSolver(scaled, mesh.faces, t_coef=time)
+            time = max(1.0, _SMOOTHING**2 * float(face_areas(scaled, faces).sum()))  # in squared mean edges
+            self._heat = potpourri3d.MeshHeatMethodDistanceSolver(scaled, faces, t_coef=time)
         self._known: dict[int, np.ndarray] = {}
 
     def __call__(self, source: int) -> np.ndarray:
@@ -63,13 +68,21 @@ class Geodesics:
 
     def _solve(self, source: int) -> np.ndarray:
         along_edges = dijkstra(self._graph, indices=source)
+        distance = np.full(len(along_edges), np.inf)
+        place = int(np.searchsorted(self._used, source))
+        if place < len(self._used) and self._used[place] == source:
+            distance[self._used] = self._solve_used(place, along_edges[self._used])
+        distance[~np.isfinite(along_edges)] = np.inf
+        distance[source] = 0.0
+        return distance
+
+    def _solve_used(self, source: int, along_edges: np.ndarray) -> np.ndarray:
         if self._heat is not None:
             distance = self._heat.compute_distance(source) * self._unit
             distance = np.maximum(distance - distance[source], 0)
             if _plausible(distance, along_edges, self._unit):
-                return _finish(distance, along_edges, source)
-        distance = self._marching.compute_distance([[(source, [])]]).ravel() * self._unit
-        return _finish(distance, along_edges, source)
+                return distance
+        return self._marching.compute_distance([[(source, [])]]).ravel() * self._unit
 
 
 def _edge_graph(mesh: Mesh) -> sp.csr_matrix:
@@ -80,19 +93,9 @@ def _edge_graph(mesh: Mesh) -> sp.csr_matrix:
     return half + half.T
 
 
-def _mean_edge(graph: sp.csr_matrix) -> float:
-    return float(graph.data.mean())
-
-
 def _plausible(distance: np.ndarray, along_edges: np.ndarray, unit: float) -> bool:
     judged = np.isfinite(along_edges) & (along_edges > 5 * unit)  # close to the source a few edges round the ratio
     if not np.isfinite(distance[np.isfinite(along_edges)]).all():
         return False
     ratio = distance[judged] / along_edges[judged]
     return not len(ratio) or bool(ratio.min() >= _SHORTEST and ratio.max() <= _LONGEST)
-
-
-def _finish(distance: np.ndarray, along_edges: np.ndarray, source: int) -> np.ndarray:
-    distance = np.where(np.isfinite(along_edges), distance, np.inf)
-    distance[source] = 0.0
-    return distance

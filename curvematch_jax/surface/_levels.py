@@ -91,29 +91,33 @@ def follow(levels: LevelSets, source: int, values: np.ndarray, dominance: float)
     """The curve around vertex `source`, where the function is lowest, followed through ascending `values`.
 
     From one level to the next a curve continues as the curves that bound the same piece of the band in between.
-    If there are several, the longest continues, provided that it has at least the share `dominance` of their
-    length in all. The part ends where no curve has, where the surface ends, and where a curve is open because it
-    runs into a boundary.
+    If there are several, the longest continues alone, provided that it has at least the share `dominance` of
+    their length in all. If not, this level has no curve; all of them are followed on, and when one dominates later
+    (between fingers the front splits, and is one again at the wrist) the part goes on with it. It ends where the
+    surface ends, and where a curve is open because it runs into a boundary.
 
     Returns:
-        One polyline `(p, 3)` for each value, `None` from where the part ends.
+        One polyline `(p, 3)` for each value, `None` where the part has no curve.
     """
     curves: list[np.ndarray | None] = [None] * len(values)
-    lower: tuple[float, Loops, int] | None = None
+    lower: tuple[float, Loops, np.ndarray] | None = None
     for k, value in enumerate(values):
         loops = levels(value)
-        current = _dominant(loops, _continuations(levels, source, lower, value, loops), dominance)
-        if current is None:
+        current = _continuations(levels, source, lower, value, loops)
+        if not len(current) or not loops.closed[current].all():
             break
-        curves[k] = loops.polyline(current)
+        longest = current[np.argmax(loops.lengths[current])]
+        if loops.lengths[longest] >= dominance * loops.lengths[current].sum() > 0:
+            current = np.array([longest])
+            curves[k] = loops.polyline(int(longest))
         lower = (value, loops, current)
     return curves
 
 
 def _continuations(
-    levels: LevelSets, source: int, lower: tuple[float, Loops, int] | None, value: float, upper: Loops
+    levels: LevelSets, source: int, lower: tuple[float, Loops, np.ndarray] | None, value: float, upper: Loops
 ) -> np.ndarray:
-    """Curves of `upper` that bound the piece of the band below it which the lower curve (or `source`) bounds too.
+    """Curves of `upper` that bound the pieces of the band below it which the lower curves bound (or `source` is in).
 
     Nodes: the vertices, the upper curves, the lower curves. Inside one face the band is convex, so vertices of the
     band joined by an edge, a crossed edge's end in the band, and edges that cross both levels tell all.
@@ -122,26 +126,18 @@ def _continuations(
     band = levels.function <= value
     base = count + len(upper.lengths)
     links = [np.stack([upper.inner, count + upper.labels], axis=1)]
-    start = source
+    start = np.array([source])
     if lower is not None:
-        floor, loops, label = lower
+        floor, loops, followed = lower
         band &= levels.function > floor
         links[0] = links[0][band[upper.inner]]
         entering = band[loops.outer]
         links.append(np.stack([loops.outer[entering], base + loops.labels[entering]], axis=1))
         _, above, below = np.intersect1d(upper.edges, loops.edges, assume_unique=True, return_indices=True)
         links.append(np.stack([count + upper.labels[above], base + loops.labels[below]], axis=1))
-        start = base + label
+        start = base + followed
         base += len(loops.lengths)
     ends = levels.table.ends
     links.append(ends[band[ends[:, 0]] & band[ends[:, 1]]])
     _, piece = label_components(base, np.concatenate(links))
-    return np.flatnonzero(piece[count : count + len(upper.lengths)] == piece[start])
-
-
-def _dominant(loops: Loops, labels: np.ndarray, dominance: float) -> int | None:
-    lengths = loops.lengths[labels]
-    if not len(labels) or not loops.closed[labels].all() or not lengths.max() > 0:
-        return None
-    longest = int(np.argmax(lengths))
-    return int(labels[longest]) if lengths[longest] >= dominance * lengths.sum() else None
+    return np.flatnonzero(np.isin(piece[count : count + len(upper.lengths)], piece[start]))

@@ -6,7 +6,7 @@ import numpy as np
 
 from ._clean import clean
 from ._features import Features, feature_points
-from ._fields import Field, Geodesics
+from ._fields import Field, Geodesics, check_field
 from ._levels import LevelSets, follow
 from ._mesh import Mesh
 from ._topology import Edges, edges, face_areas
@@ -40,6 +40,7 @@ class Extraction:
             raise ValueError(f"epsilon must lie between 0 and 1 diameters, found {self.epsilon}")
         if not 0 < self.radius < 1:
             raise ValueError(f"radius must lie between 0 and 1 diameters, found {self.radius}")
+        check_field(self.field)
         for name, least in (("levels", 1), ("samples", 8), ("vertices", 100)):
             value = getattr(self, name)
             if not isinstance(value, int) or value < least:

@@ -4,6 +4,7 @@ pymeshfix wraps GPL code, which is one reason why the extra is optional.
 """
 
 import math
+import warnings
 
 import numpy as np
 
@@ -41,7 +42,9 @@ def remesh(vertices: np.ndarray, faces: np.ndarray, target: int) -> tuple[np.nda
 
     Where the surface is thinner than an edge the result can be pinched; then the edges are shortened, twice at most.
     """
-    gpytoolbox = require("gpytoolbox", "prep", "remeshing an irregular, coarse or large mesh")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # its imports, not ours
+        gpytoolbox = require("gpytoolbox", "prep", "remeshing an irregular, coarse or large mesh")
     area = float(face_areas(vertices, faces).sum())
     start = np.array(vertices), faces.astype(np.int32)  # its bindings want arrays that they could write to
     for refinement in (1, 2, 4):

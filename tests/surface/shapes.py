@@ -13,11 +13,11 @@ def sphere(subdivisions: int = 4) -> Mesh:
     return Mesh(np.asarray(made.vertices), np.asarray(made.faces), "sphere")
 
 
-def limbed(directions: np.ndarray = AXES, length: float = 1.5, subdivisions: int = 4) -> Mesh:
+def limbed(directions: np.ndarray = AXES, length: float = 2.0, subdivisions: int = 4) -> Mesh:
     """A ball with a limb in each direction, its tip at distance `1 + length`."""
     ball = sphere(subdivisions)
     out = np.asarray(directions) / np.linalg.norm(directions, axis=1, keepdims=True)
-    radius = 1 + length * np.exp(12 * (ball.vertices @ out.T - 1)).sum(axis=1)
+    radius = 1 + length * np.exp(30 * (ball.vertices @ out.T - 1)).sum(axis=1)
     return Mesh(ball.vertices * radius[:, None], ball.faces, "limbed")
 
 
