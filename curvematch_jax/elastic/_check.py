@@ -31,7 +31,7 @@ def as_curves(name: str, curve: ArrayLike) -> Float[Array, "*b d n"]:
     return array
 
 
-def check_pair(curve1: Float[Array, "..."], curve2: Float[Array, "..."]) -> None:
+def check_pair(curve1: Array | np.ndarray, curve2: Array | np.ndarray) -> None:
     """Raises `ValueError` unless both hold curves of one dimension and one number of samples, in batches that broadcast."""
     if curve1.shape[-2:] != curve2.shape[-2:]:
         raise ValueError(
