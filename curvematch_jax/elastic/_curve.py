@@ -116,7 +116,7 @@ def _arc_length(speed: Float[Array, "*b m"]) -> Float[Array, "*b m+1"]:
     return arcs / jnp.where(arcs[..., -1:] > 0, arcs[..., -1:], 1)
 
 
-def _times(arcs: Float[Array, "*b m+1"], n: int) -> Float[Array, "*b {n}+1"]:
+def _times(arcs: Float[Array, "*b nodes"], n: int) -> Float[Array, "*b {n}+1"]:
     """Parameters at which the arc length is `k/n`."""
     grid = jnp.linspace(0, 1, arcs.shape[-1], dtype=arcs.dtype)
     targets = jnp.arange(n + 1, dtype=arcs.dtype) / n

@@ -59,7 +59,7 @@ def geodesic(curve1: ArrayLike, curve2: ArrayLike, steps: int = 6, aligner: Alig
 
 
 def aligned_srvf(
-    curve: Float[Array, "*b d n"], rotation: Float[Array, "*b d d"], warp: Float[Array, "*b n+1"]
+    curve: Float[Array, "*c d n"], rotation: Float[Array, "*b d d"], warp: Float[Array, "*b n+1"]
 ) -> Float[Array, "*b d n"]:
     """`R q(gamma) sqrt(gamma')` at `k/n`, of unit norm: how an alignment lays a curve."""
     n = curve.shape[-1]

@@ -93,7 +93,7 @@ def refine(
     return lax.scan(step, (first, damping), None, length=steps)[0][0].gamma
 
 
-def _moved(here: _State, damping: Float[Array, " l"]) -> Float[Array, "n+1 l"]:
+def _moved(here: _State, damping: Float[Array, " l"]) -> Float[Array, "nodes l"]:
     """The warp after one damped step, its intervals kept positive."""
     n = here.gradient.shape[0]
     diagonal = here.diagonal * (1 + damping[None]) + 1e-6 * n

@@ -50,7 +50,7 @@ def _rigid(first: Representative, second: Representative) -> tuple[Direction, Di
     return Direction(distance, rotation, forth), Direction(distance, jnp.swapaxes(rotation, 0, 1), back)
 
 
-def _search(first: Representative, second: Representative, aligner: Aligner) -> Float[Array, "g+1 k b"]:
+def _search(first: Representative, second: Representative, aligner: Aligner) -> Float[Array, "nodes k b"]:
     """The warps between arc lengths of the best seeds: the best path from each start, the rotation solved again after it."""
     n, pairs = aligner.grid, first.tangents.shape[0]
     shift, c = find_starts(shift_covariances(first.tangents, second.tangents), aligner.seeds)
@@ -139,6 +139,6 @@ def _sides(first: Representative, second: Representative, nodes: int):
     return q1, second.field, first.arcs, second.times
 
 
-def _to_parameter(gamma, arcs: Float[Array, "n+1 l"], times: Float[Array, "g+1 l"]) -> Float[Array, "n+1 l"]:
+def _to_parameter(gamma, arcs: Float[Array, "nodes l"], times: Float[Array, "grid_nodes l"]) -> Float[Array, "nodes l"]:
     """A warp between arc lengths, as one from the samples of the first curve to the parameter of the second."""
     return warps.evaluate(times, gamma(arcs))

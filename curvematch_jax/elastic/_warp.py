@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 
 def interpolate_monotone(
-    x: Float[Array, "k l"], nodes: Float[Array, "n+1 l"], values: Float[Array, "n+1 l"]
+    x: Float[Array, "k l"], nodes: Float[Array, "nodes l"], values: Float[Array, "nodes l"]
 ) -> Float[Array, "k l"]:
     """The lift through `(nodes, values)`, both growing by 1 over the whole, at any real x."""
 
@@ -20,7 +20,7 @@ def interpolate_monotone(
     return jax.vmap(lane, in_axes=1, out_axes=1)(x, nodes, values)
 
 
-def evaluate(gamma: Float[Array, "n+1 l"], x: Float[Array, "k l"]) -> Float[Array, "k l"]:
+def evaluate(gamma: Float[Array, "nodes l"], x: Float[Array, "k l"]) -> Float[Array, "k l"]:
     """`gamma(x)` at any real x."""
     n = gamma.shape[0] - 1
     turns = jnp.floor(x)
@@ -31,19 +31,19 @@ def evaluate(gamma: Float[Array, "n+1 l"], x: Float[Array, "k l"]) -> Float[Arra
     return left + (right - left) * (position - index.astype(x.dtype)) + turns
 
 
-def invert(gamma: Float[Array, "n+1 l"]) -> Float[Array, "n+1 l"]:
+def invert(gamma: Float[Array, "nodes l"]) -> Float[Array, "nodes l"]:
     """The inverse warp at `k/n`."""
     grid = nodes_like(gamma)
     return interpolate_monotone(grid, gamma, grid)
 
 
-def nodes_like(gamma: Float[Array, "n+1 l"]) -> Float[Array, "n+1 l"]:
+def nodes_like(gamma: Float[Array, "nodes l"]) -> Float[Array, "nodes l"]:
     """The identity warp, `k/n`, on as many lanes."""
     n = gamma.shape[0] - 1
     return jnp.broadcast_to(jnp.arange(n + 1, dtype=gamma.dtype)[:, None] / n, gamma.shape)
 
 
-def strictly_increasing(gamma: Float[Array, "n+1 l"], least: float) -> Float[Array, "n+1 l"]:
+def strictly_increasing(gamma: Float[Array, "nodes l"], least: float) -> Float[Array, "nodes l"]:
     """The warp with every slope at least about `least`, and its ends one turn apart."""
     n = gamma.shape[0] - 1
     return from_increments(gamma[0], jnp.maximum(jnp.diff(gamma, axis=0), least / n))
