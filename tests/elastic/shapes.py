@@ -33,3 +33,53 @@ def rotation(seed: int, d: int = 3) -> np.ndarray:
 def ellipse(n: int, a: float = 2.0, b: float = 1.0) -> np.ndarray:
     t = 2 * np.pi * np.arange(n) / n
     return np.stack([a * np.cos(t), b * np.sin(t), 0 * t])
+
+
+def moved(curve: np.ndarray, seed: int, scale: float = 3.0, shift: float = 5.0) -> np.ndarray:
+    """The curves `(*b, d, n)`, rotated, scaled and translated."""
+    return scale * np.einsum("ij,...jn->...in", rotation(seed, curve.shape[-2]), curve) + shift
+
+
+def warps(seed: int, lanes: int, n: int, rough: float = 0.4) -> np.ndarray:
+    """Random increasing warps `(n + 1, lanes)` with different start points."""
+    random = np.random.default_rng(seed)
+    steps = np.exp(rough * random.normal(size=(n, lanes)))
+    gamma = np.concatenate([np.zeros((1, lanes)), np.cumsum(steps, axis=0)]) / steps.sum(axis=0)
+    return gamma + random.uniform(-1, 1, size=lanes)
+
+
+def spectral(curve: np.ndarray, x: np.ndarray, order: int = 0) -> np.ndarray:
+    """The trigonometric interpolant of a curve `(d, n)`, or a derivative of it, at any parameters `(k,)`: a plain sum of waves."""
+    n = curve.shape[-1]
+    coefficients = np.fft.fft(curve, axis=-1) / n
+    frequency = np.fft.fftfreq(n, 1 / n)
+    if n % 2 == 0:
+        coefficients[..., n // 2] = 0  # What an even number of samples leaves open.
+    waves = np.exp(2j * np.pi * np.outer(frequency, x)) * ((2j * np.pi * frequency) ** order)[:, None]
+    return np.real(coefficients @ waves)
+
+
+def srvf(curve: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """SRVF of a curve `(d, n)` at any parameters."""
+    velocity = spectral(curve, x, order=1)
+    return velocity / np.sqrt(np.linalg.norm(velocity, axis=0))
+
+
+def certified(curve1: np.ndarray, curve2: np.ndarray, rotation, warp, nodes: int = 4) -> float:
+    """The angle between `q1` and `R q2(gamma) sqrt(gamma')`, from the definition, for one pair; `nodes` to an interval."""
+    n = len(warp) - 1
+    share = (np.arange(nodes) + 0.5) / nodes
+    steps = np.diff(np.asarray(warp, float))
+    t = ((np.arange(n)[:, None] + share) / n).ravel()
+    x = (np.asarray(warp, float)[:-1, None] + share * steps[:, None]).ravel()
+    q1 = srvf(curve1.astype(float), t)
+    q2 = np.asarray(rotation, float) @ srvf(curve2.astype(float), x) * np.repeat(np.sqrt(steps * n), nodes)
+    return float(np.arccos(np.sum(q1 * q2) / np.linalg.norm(q1) / np.linalg.norm(q2)))
+
+
+def kabsch(c: np.ndarray) -> np.ndarray:
+    """The rotation that maximises `tr(R^T C)`, by numpy's SVD."""
+    u, _, vt = np.linalg.svd(c)
+    signs = np.ones(len(c))
+    signs[-1] = np.sign(np.linalg.det(u) * np.linalg.det(vt))
+    return (u * signs) @ vt

@@ -1,0 +1,116 @@
+"""Best rotations against numpy's SVD, where it is easy and where it is not."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from elastic.shapes import kabsch, rotation
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from curvematch_jax.elastic import _rotation as rotations
+
+LANES = 24
+
+
+def random(seed, d):
+    return np.random.default_rng(seed).normal(size=(LANES, d, d))
+
+
+def with_spectrum(*values):
+    """Matrices of given singular values, half of them with negative determinant."""
+    d = len(values)
+    turns = [(rotation(k, d), rotation(100 + k, d)) for k in range(LANES)]
+    flips = [np.diag([1.0] * (d - 1) + [1.0 if k % 2 else -1.0]) for k in range(LANES)]
+    return np.stack([u @ flip @ np.diag(values) @ v.T for (u, v), flip in zip(turns, flips, strict=True)])
+
+
+CASES = {
+    "random": lambda d: random(0, d),
+    "tiny": lambda d: 1e-6 * random(1, d),
+    "reflected": lambda d: with_spectrum(*np.linspace(2, 1, d)),
+    "planar": lambda d: with_spectrum(*np.linspace(2, 1, d - 1), 0.0),
+    "line": lambda d: with_spectrum(1.0, *[0.0] * (d - 1)),
+    "equal": lambda d: with_spectrum(*[1.0] * d),
+    "identity": lambda d: np.broadcast_to(np.eye(d), (LANES, d, d)),
+    "half turn": lambda d: np.broadcast_to(np.diag([-1.0, -1.0] + [1.0] * (d - 2)), (LANES, d, d)),
+    "zero": lambda d: np.zeros((LANES, d, d)),
+}
+
+
+def lanes_last(c):
+    return jnp.asarray(np.moveaxis(c, 0, -1), jnp.float32)
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+@pytest.mark.parametrize("case", CASES)
+def test_best_rotation_reaches_the_gain_of_kabsch(case, d):
+    c = CASES[case](d)
+    size = max(np.abs(c).max(), 1e-6)
+    found = np.moveaxis(np.asarray(rotations.best_rotation(lanes_last(c))), -1, 0)
+    np.testing.assert_allclose(found @ np.swapaxes(found, 1, 2), np.broadcast_to(np.eye(d), found.shape), atol=2e-6)
+    np.testing.assert_allclose(np.linalg.det(found), 1, atol=2e-6)
+    best = np.array([np.sum(kabsch(one) * one) if size > 1e-6 else 0 for one in c])
+    np.testing.assert_allclose(np.sum(found * c, axis=(1, 2)), best, atol=1e-5 * size)
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+@pytest.mark.parametrize("case", CASES)
+def test_rotation_gain_is_that_of_the_best_rotation(case, d):
+    """Where the best rotation is not unique, the largest root of the quartic is a multiple one, and for d = 3 Newton's
+    method comes down to it slowly: the gain is then an upper bound, by at most a tenth.
+    """
+    c = CASES[case](d)
+    size = max(np.abs(c).max(), 1e-6)
+    best = np.array([np.sum(kabsch(one) * one) if size > 1e-6 else 0 for one in c])
+    excess = (np.asarray(rotations.rotation_gain(lanes_last(c))) - best) / size
+    assert excess.min() > -1e-5
+    assert excess.max() < {"equal": 0.1, "line": 6e-3}.get(case, 1e-5)
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(st.integers(0, 100_000), st.sampled_from([2, 3, 4]), st.floats(-3, 3))
+def test_best_rotations_are_rotations_and_turn_with_the_curves(seed, d, exponent):
+    c, turn = random(seed, d) * 10**exponent, rotation(seed, d)
+    found = np.asarray(rotations.best_rotation(lanes_last(c)))
+    turned = np.asarray(rotations.best_rotation(lanes_last(turn @ c)))
+    gain = np.sum(np.moveaxis(turned, -1, 0) * (turn @ c), axis=(1, 2))
+    np.testing.assert_allclose(np.linalg.det(np.moveaxis(found, -1, 0)), 1, atol=1e-5)
+    np.testing.assert_allclose(gain, np.sum(np.moveaxis(found, -1, 0) * c, axis=(1, 2)), atol=2e-5 * 10**exponent)
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+def test_no_small_turn_away_is_better(d):
+    c = random(5, d)
+    found = np.moveaxis(np.asarray(rotations.best_rotation(lanes_last(c)), float), -1, 0)
+    gain = np.sum(found * c, axis=(1, 2))
+    for seed in range(5):
+        skew = np.random.default_rng(seed).normal(size=(d, d)) * 0.02
+        q, r = np.linalg.qr(np.eye(d) + skew - skew.T)
+        assert (np.sum(found @ (q * np.sign(np.diag(r))) * c, axis=(1, 2)) <= gain + 1e-6).all()
+
+
+def test_any_number_of_lane_axes():
+    c = lanes_last(random(2, 3))
+    found = rotations.best_rotation(c.reshape(3, 3, 4, 6))
+    np.testing.assert_allclose(found.reshape(3, 3, LANES), rotations.best_rotation(c), atol=1e-6)
+    np.testing.assert_allclose(rotations.rotation_gain(c.reshape(3, 3, 4, 6)).ravel(), rotations.rotation_gain(c), rtol=1e-5)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("case", ["random", "identity", "zero", "line"])
+def test_derivatives_are_finite(case, d):
+    c = lanes_last(CASES[case](d))
+    gradient = jax.grad(lambda c: rotations.best_rotation(c).sum())(c)
+    if case != "zero":
+        assert np.isfinite(gradient).all()
+
+
+def test_rotate_and_covariance_follow_their_definitions():
+    generator = np.random.default_rng(0)
+    q1, q2 = (generator.normal(size=(3, 20, 5)).astype(np.float32) for _ in range(2))
+    expected = np.einsum("ikl,jkl->ijl", q1, q2) / 20
+    np.testing.assert_allclose(rotations.covariance(jnp.asarray(q1), jnp.asarray(q2)), expected, atol=1e-6)
+    turn = generator.normal(size=(3, 3, 5)).astype(np.float32)
+    found = rotations.rotate(jnp.asarray(turn)[:, :, None], jnp.asarray(q1))
+    np.testing.assert_allclose(found, np.einsum("ijl,jkl->ikl", turn, q1), atol=1e-5)
