@@ -1,7 +1,7 @@
 """Elastic shapes of closed curves, and the retrieval of 3D models by them.
 
-`elastic` compares closed curves, `surface` turns meshes into parts made of level curves, and `retrieval` ranks models by
-their parts. Mesh and picture libraries are loaded on their first use.
+`elastic` compares closed curves, `surface` turns meshes into parts made of level curves, and `retrieval` ranks
+models by their parts. Mesh and picture libraries are loaded on their first use.
 """
 
 from .datasets import Creature, creature, creatures, labelled_folder

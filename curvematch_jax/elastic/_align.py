@@ -14,7 +14,7 @@ from ._aligner import Aligner
 from ._check import as_curves, check_pair, traced
 from ._curve import Representative, represent
 from ._distinct import distinct, original_warp
-from ._solve import Direction, solve
+from ._solve import solve
 
 _SMALL = 8  # pairs in the chunk of a small batch
 
@@ -64,21 +64,19 @@ def align(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | None = None) 
     return Alignment(*(jnp.asarray(x).reshape(*batch, *x.shape[1:]) for x in found))
 
 
-def _align_concrete(curve1: np.ndarray, curve2: np.ndarray, aligner: Aligner) -> Alignment:
+def _align_concrete(curve1: np.ndarray, curve2: np.ndarray, aligner: Aligner) -> tuple[np.ndarray, ...]:
     total, d, n = curve1.shape
     size = aligner.chunk if total > _SMALL else _SMALL
     (curve1, place1), (curve2, place2) = distinct(curve1), distinct(curve2)
-    found = Alignment(
-        np.empty((total, d, d), curve1.dtype), np.empty((total, n + 1), curve1.dtype), np.empty(total, curve1.dtype)
-    )
+    rotation, warp, distance = (np.empty((total, *shape), curve1.dtype) for shape in ((d, d), (n + 1,), ()))
 
     def compute(part: slice) -> Alignment:
         return align_chunk(chunks.padded(curve1[part], size), chunks.padded(curve2[part], size), aligner)
 
     for part, values in chunks.run(compute, (slice(s, min(s + size, total)) for s in range(0, total, size))):
-        for whole, piece in zip(found, values, strict=True):
+        for whole, piece in zip((rotation, warp, distance), values, strict=True):
             whole[part] = piece[: part.stop - part.start]
-    return found._replace(warp=original_warp(found.warp, place1, place2))
+    return rotation, original_warp(warp, place1, place2), distance
 
 
 def _align_traced(curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"], aligner: Aligner) -> Alignment:

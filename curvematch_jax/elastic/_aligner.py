@@ -17,7 +17,7 @@ class Aligner:
             0 for no warp at all: start point and rotation only.
         kept: seeds that are refined, the best after dynamic programming.
         steps: refinement steps in each round.
-        rounds: rounds of refinement; each starts from the better of a direction's own warp and the inverse of the other's.
+        rounds: rounds of refinement; each starts from the better of a direction's own warp and the other's inverse.
         nodes: quadrature nodes to an interval between samples.
         chunk: pairs computed at once.
     """
@@ -53,5 +53,5 @@ class Aligner:
 
     @classmethod
     def rigid(cls) -> "Aligner":
-        """Start point and rotation only, both curves by arc length: a lower bound of the effort, an upper bound of the distance."""
+        """Start point and rotation only, both curves by arc length: the least effort, and an upper bound."""
         return cls(grid=64, slope=0, chunk=256)

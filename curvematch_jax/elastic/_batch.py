@@ -77,7 +77,8 @@ def pair_distances(
         raise IndexError(f"pairs points outside of the {len(first)} curves in a and {len(second)} in b.")
     result = np.zeros(len(pairs), np.result_type(first, second))
     listed = (
-        _Pairs(*pairs[start : start + aligner.chunk].T, start) for start in range(0, len(pairs), aligner.chunk)
+        _Pairs(pairs[start : start + aligner.chunk, 0], pairs[start : start + aligner.chunk, 1], start)
+        for start in range(0, len(pairs), aligner.chunk)
     )
     for part, values in _distances(first, second, listed, len(pairs), aligner, progress):
         result[part.place : part.place + len(values)] = values
@@ -109,6 +110,8 @@ def _rectangle(rows: int, columns: int, size: int) -> Iterator[_Pairs]:
 def _distances(
     first: np.ndarray, second: np.ndarray, pairs: Iterable[_Pairs], total: int, aligner: Aligner, progress: Progress
 ) -> Iterator[tuple[_Pairs, np.ndarray]]:
+    if total == 0:
+        return
     report = reporter(progress, "aligning", "pairs")
     tables1 = _represented(first, aligner)
     tables2 = tables1 if second is first else _represented(second, aligner)
@@ -129,7 +132,9 @@ def _represented(curves: np.ndarray, aligner: Aligner) -> Representative:
     """The tables of all curves, in numpy."""
     size = aligner.chunk
     parts = [
-        jax.tree.map(np.asarray, _represent_chunk(chunks.padded(curves[s : s + size], size), aligner.grid, aligner.nodes))
+        jax.tree.map(
+            np.asarray, _represent_chunk(chunks.padded(curves[s : s + size], size), aligner.grid, aligner.nodes)
+        )
         for s in range(0, len(curves), size)
     ]
     return jax.tree.map(lambda *tables: np.concatenate(tables)[: len(curves)], *parts)

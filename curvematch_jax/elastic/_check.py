@@ -1,5 +1,7 @@
 """What a batch of closed curves has to be; asked before any tracing, in numpy."""
 
+from typing import Any
+
 import jax
 import jax.core
 import numpy as np
@@ -32,7 +34,7 @@ def as_curves(name: str, curve: ArrayLike) -> Float[Array, "*b d n"]:
 
 
 def check_pair(curve1: Array | np.ndarray, curve2: Array | np.ndarray) -> None:
-    """Raises `ValueError` unless both hold curves of one dimension and one number of samples, in batches that broadcast."""
+    """Raises `ValueError` unless both hold curves of one (d, n), in batches that broadcast."""
     if curve1.shape[-2:] != curve2.shape[-2:]:
         raise ValueError(
             f"curve1 and curve2 hold curves of (d, n) = {curve1.shape[-2:]} and {curve2.shape[-2:]}: "
@@ -52,7 +54,7 @@ def _check_shape(name: str, shape: tuple[int, ...]) -> None:
     if shape[-2] < 2:
         raise ValueError(f"{name} has shape {shape}, so d = {shape[-2]}: curves need d >= 2, as (*batch, d, n).")
     if shape[-1] < MIN_SAMPLES:
-        raise ValueError(f"{name} has shape {shape}, so n = {shape[-1]}: a closed curve needs {MIN_SAMPLES} samples or more.")
+        raise ValueError(f"{name} has shape {shape}, so n = {shape[-1]}: curves need {MIN_SAMPLES} samples or more.")
 
 
 def _checked(name: str, curve: np.ndarray) -> np.ndarray:
@@ -79,7 +81,7 @@ def _checked(name: str, curve: np.ndarray) -> np.ndarray:
     return curve
 
 
-def _which(bad: np.ndarray) -> str:
+def _which(bad: Any) -> str:
     first = int(np.argmax(bad))
     more = int(bad.sum()) - 1
     return f"curve {first}" + (f" and {more} more" if more else "") + f" of {bad.size}"

@@ -15,13 +15,13 @@ Item = TypeVar("Item")
 def run(compute: Callable[[Item], Any], items: Iterable[Item]) -> Iterator[tuple[Item, Any]]:
     """`compute` of every item, with numpy leaves, as they finish; a few items under way on each device at any time.
 
-    XLA runs most of one small computation on one core, so a CPU device gets a thread for each core that it has to itself.
+    XLA runs most of one small computation on one core, so a CPU device gets a thread for each core of its own.
     """
     items = iter(items)
     devices = cycle(jax.local_devices())
     workers = _workers()
 
-    def task(item: Item, device: jax.Device) -> tuple[Item, Any]:
+    def task(item: Item, device: Any) -> tuple[Item, Any]:
         with jax.default_device(device):
             return item, jax.tree.map(np.asarray, compute(item))
 

@@ -68,7 +68,7 @@ def resample(curve: ArrayLike, n: int) -> Float[Array, "*b d {n}"]:
 
 
 class Representative(NamedTuple):
-    """What alignment needs to know of a batch of curves. Arc length is counted from the first sample, the whole is 1."""
+    """What alignment needs to know of curves. Arc length is counted from the first sample, the whole is 1."""
 
     tangents: Float[Array, "*b d g"]  # unit tangents at equal arc lengths: the SRVF of the arc-length representative
     times: Float[Array, "*b g+1"]  # parameter at those arc lengths, 0 to 1

@@ -38,10 +38,11 @@ def elastic_distance(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | No
 def alignment_distance(
     curve1: ArrayLike, curve2: ArrayLike, rotation: ArrayLike, warp: ArrayLike, nodes: int = 4
 ) -> Float[Array, "*b"]:
-    """The distance, in radians, that a rotation `(*b, d, d)` and a warp `(*b, n + 1)` achieve: what an `Alignment` certifies.
+    """The distance, in radians, that a rotation `(*b, d, d)` and a warp `(*b, n + 1)` achieve.
 
-    The angle between `q1` and `R q2(gamma) sqrt(gamma')`, with the trigonometric interpolants of the curves, gamma
-    linear between its samples, and the midpoint rule on `nodes` pieces of each interval.
+    It is what an `Alignment` certifies: the angle between `q1` and `R q2(gamma) sqrt(gamma')`, with the trigonometric
+    interpolants of the curves, gamma linear between its samples, and the midpoint rule on `nodes` pieces of each
+    interval.
     """
     curve1, curve2 = as_curves("curve1", curve1), as_curves("curve2", curve2)
     check_pair(curve1, curve2)
@@ -66,6 +67,7 @@ def _distance(aligner: Aligner, curve1: Float[Array, "*b d n"], curve2: Float[Ar
 
 @_distance.defjvp
 def _distance_jvp(aligner: Aligner, primals, tangents):
-    found = align(*primals, aligner)
+    curve1, curve2 = primals
+    found = align(curve1, curve2, aligner)
     fixed = lambda a, b: alignment_distance(a, b, found.rotation, found.warp, aligner.nodes)  # noqa: E731
     return found.distance, jax.jvp(fixed, primals, tangents)[1]

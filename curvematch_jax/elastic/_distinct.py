@@ -10,7 +10,7 @@ Places = dict[int, np.ndarray]
 
 
 def distinct(curves: np.ndarray) -> tuple[np.ndarray, Places]:
-    """Curves `(b, d, n)` without repeated samples, and for each that had some, where its samples lie, `(n + 1,)` in [0, 1]."""
+    """Curves `(b, d, n)` without repeated samples, and where the samples of those that had some lie, `(n + 1,)`."""
     new = np.any(curves != np.roll(curves, 1, axis=2), axis=1)
     places: Places = {}
     for index in np.flatnonzero(~new.all(axis=1)):

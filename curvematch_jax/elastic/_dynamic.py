@@ -12,6 +12,8 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float, Int
 
+from ._lanes import dot
+
 _IMPOSSIBLE = -1e9
 
 
@@ -21,9 +23,7 @@ def steps_up_to(largest: int) -> tuple[tuple[int, int], ...]:
     return tuple((a, b) for a in sizes for b in sizes if math.gcd(a, b) == 1)
 
 
-def best_path(
-    q1: Float[Array, "d n l"], q2: Float[Array, "d n l"], band: int, largest: int
-) -> Float[Array, "n+1 l"]:
+def best_path(q1: Float[Array, "d n l"], q2: Float[Array, "d n l"], band: int, largest: int) -> Float[Array, "n+1 l"]:
     """The best warp, in grid units, at the nodes 0..n; it stays within `band` nodes of the diagonal."""
     steps = steps_up_to(largest)
     choices = _forward(q1, q2, band, steps)
@@ -32,7 +32,7 @@ def best_path(
 
 def _forward(q1, q2, band: int, steps) -> Int[Array, "n o l"]:
     """For every node, as (row, offset from the diagonal), the step that reaches it best."""
-    d, n, lanes = q1.shape
+    _, n, lanes = q1.shape
     width, reach = 2 * band + 1, max(a for a, _ in steps)
     q1 = jnp.concatenate([q1, q1[:, :1]], axis=1)
     q2 = jnp.concatenate([q2[:, n - band :], q2, q2[:, : band + 1]], axis=1)
@@ -41,7 +41,7 @@ def _forward(q1, q2, band: int, steps) -> Int[Array, "n o l"]:
     def products(row):
         window = lax.dynamic_slice_in_dim(q2, row, width, axis=1)
         point = lax.dynamic_slice_in_dim(q1, row, 1, axis=1)
-        return sum(point[c] * window[c] for c in range(d))
+        return dot(point, window)
 
     def shifted(values, by):
         if by == 0:

@@ -1,4 +1,4 @@
-"""Path straightening: geodesics between closed curves (Klassen and Srivastava, ECCV 2006; Srivastava et al., PAMI 2011)."""
+"""Path straightening: geodesics of closed curves (Klassen and Srivastava, ECCV 2006; Srivastava et al., PAMI 2011)."""
 
 from typing import NamedTuple
 

@@ -6,7 +6,6 @@ consumers, which then repeat it: `once` keeps it apart (twice as fast for the lo
 """
 
 from collections.abc import Callable
-
 from functools import reduce
 from operator import add
 from typing import Any
@@ -15,6 +14,7 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
+
 
 def dot(a: Float[Array, "d *k"], b: Float[Array, "d *k"]) -> Float[Array, "*k"]:
     """`sum_i a_i b_i` over the first axis."""
@@ -27,7 +27,7 @@ def frobenius(a: Float[Array, "d d *k"], b: Float[Array, "d d *k"]) -> Float[Arr
 
 
 def mean_rows(x: Float[Array, "*k n l"]) -> Float[Array, "*k l"]:
-    """Mean over the rows, as a matrix product: it stands outside of the fused loops, which would repeat its operands."""
+    """Mean over the rows, as a matrix product: it stands outside of the fused loops."""
     n = x.shape[-2]
     weights = jnp.full((1,) * (x.ndim - 2) + (1, n), 1 / n, x.dtype)
     weights = jnp.broadcast_to(weights, (*x.shape[:-2], 1, n))
@@ -35,8 +35,9 @@ def mean_rows(x: Float[Array, "*k n l"]) -> Float[Array, "*k l"]:
 
 
 def once(compute: Callable[..., Any], *operands: Array) -> Any:
-    """`compute(*operands)`, not fused with what uses it. An `optimization_barrier` is removed before fusion; a branch is not.
+    """`compute(*operands)`, not fused with what uses it.
 
+    An `optimization_barrier` is removed before fusion; a branch is not.
     The branch is taken unless the first operand begins with NaN; then the result is NaN.
     """
     nothing = lambda *_: jax.tree.map(lambda x: jnp.full(x.shape, jnp.nan, x.dtype), jax.eval_shape(compute, *operands))  # noqa: E731

@@ -6,12 +6,14 @@ With `gamma` linear between its samples `g_k`, the residual `q1 - R q2(gamma) sq
 The rotation follows by its closed form at every evaluation. Steps are accepted only when they improve the match.
 """
 
+from functools import reduce
+from operator import add
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import lax
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float
 
 from ._lanes import dot, frobenius, mean_rows, once
 from ._rotation import best_rotation, covariance, rotate
@@ -113,7 +115,7 @@ def _normal_equations(q1: Float[Array, "d n m l"], here: Match) -> tuple[Float[A
     root = here.root[:, None]
     target = rotate(jnp.swapaxes(here.rotation, 0, 1)[:, :, None, None], q1)
     stretch = n / (2 * root)
-    total = lambda values: sum(values[:, i] for i in range(m)) / (n * m)  # noqa: E731
+    total = lambda values: reduce(add, (values[:, i] for i in range(m))) / (n * m)  # noqa: E731
     dq_dq, q_dq = dot(here.dq2, here.dq2) * root * root, dot(here.q2, here.dq2) * (n / 2)
     q_q = dot(here.q2, here.q2) * stretch * stretch
     t_dq, t_q = dot(target, here.dq2) * root, dot(target, here.q2) * stretch

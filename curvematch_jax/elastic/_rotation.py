@@ -74,8 +74,8 @@ def _largest_eigenvector(k: Float[Array, "4 4 *l"]) -> Float[Array, "4 *l"]:
     power = k / jnp.where(size > 0, size, 1)[None, None] + jnp.eye(4, dtype=k.dtype).reshape(4, 4, *lanes)
 
     def square(_, power):
-        power = sum(power[:, None, i] * power[None, i, :] for i in range(4))
-        return power / sum(power[i, i] for i in range(4))[None, None]
+        power = dot(jnp.swapaxes(power, 0, 1)[:, :, None], power[:, None])
+        return power / (power[0, 0] + power[1, 1] + power[2, 2] + power[3, 3])[None, None]
 
     power = lax.fori_loop(0, _SQUARINGS, square, power)
     diagonal = jnp.stack([power[i, i] for i in range(4)])

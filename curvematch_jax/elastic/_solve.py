@@ -21,7 +21,7 @@ _LEAST_START_SLOPE = 0.02
 
 
 class Direction(NamedTuple):
-    """One of the two readings of an alignment, lanes last: distance, rotation and warp onto the first curve's samples."""
+    """One of the two readings of an alignment, lanes last; the warp has its samples on the first curve's."""
 
     distance: Float[Array, " l"]
     rotation: Float[Array, "d d l"]
@@ -51,7 +51,7 @@ def _rigid(first: Representative, second: Representative) -> tuple[Direction, Di
 
 
 def _search(first: Representative, second: Representative, aligner: Aligner) -> Float[Array, "nodes k b"]:
-    """The warps between arc lengths of the best seeds: the best path from each start, the rotation solved again after it."""
+    """The best seeds' warps between arc lengths: the best path from each start, scored with its best rotation."""
     n, pairs = aligner.grid, first.tangents.shape[0]
     shift, c = find_starts(shift_covariances(first.tangents, second.tangents), aligner.seeds)
     t1, t2 = _lanes(first.tangents), _lanes(second.tangents)
@@ -133,7 +133,7 @@ def _agreed(forth: Direction, back: Direction, ends1, ends2) -> tuple[Direction,
 
 
 def _sides(first: Representative, second: Representative, nodes: int):
-    """What refinement onto `first` needs: its SRVF at the quadrature nodes, the other's table, and the maps between parameters."""
+    """What refinement onto `first` needs: its SRVF at the nodes, the other's table, and the parameters' maps."""
     b, d, size = first.field.shape
     q1 = first.field[..., 1::2].reshape(b, d, size // (2 * nodes), nodes)
     return q1, second.field, first.arcs, second.times

@@ -1,5 +1,8 @@
 """Start points: the alignment of two curves by rotation and cyclic shift, for every shift at once."""
 
+from functools import reduce
+from operator import add
+
 import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float, Int
@@ -17,7 +20,9 @@ def shift_covariances(t1: Float[Array, "b d n"], t2: Float[Array, "b d n"]) -> F
     return jnp.moveaxis(jnp.fft.irfft(product, n=n, axis=-1).astype(t1.dtype) / n, 0, -1)
 
 
-def find_starts(c: Float[Array, "d d n b"], count: int) -> tuple[Int[Array, "{count} b"], Float[Array, "d d {count} b"]]:
+def find_starts(
+    c: Float[Array, "d d n b"], count: int
+) -> tuple[Int[Array, "{count} b"], Float[Array, "d d {count} b"]]:
     """The shifts of the `count` highest local maxima of the rotation gain, best first, and their covariances.
 
     Where there are fewer maxima, the highest other shifts follow.
@@ -30,7 +35,7 @@ def find_starts(c: Float[Array, "d d n b"], count: int) -> tuple[Int[Array, "{co
 
 
 def peak_shift(c: Float[Array, "d d n b"]) -> tuple[Float[Array, " b"], Float[Array, "d d b"]]:
-    """The best shift, in samples, between samples: vertex of the parabola through the peak; and the covariance there."""
+    """The best shift, in samples: vertex of the parabola through the peak; and the covariance there."""
     gain = rotation_gain(c)
     n = gain.shape[0]
     top = jnp.argmax(gain, axis=0)
@@ -44,5 +49,5 @@ def peak_shift(c: Float[Array, "d d n b"]) -> tuple[Float[Array, " b"], Float[Ar
     offset = jnp.where(curvature < 0, (left - right) / (2 * jnp.where(curvature < 0, curvature, -1)), 0)
     x = jnp.clip(offset, -0.5, 0.5)
     weights = (x * (x - 1) / 2, 1 - x * x, x * (x + 1) / 2)
-    covariance = sum(w[None, None] * at(c, k) for w, k in zip(weights, (-1, 0, 1), strict=True))
+    covariance = reduce(add, (w[None, None] * at(c, k) for w, k in zip(weights, (-1, 0, 1), strict=True)))
     return top.astype(x.dtype) + x, covariance
