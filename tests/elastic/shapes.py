@@ -1,5 +1,6 @@
 """Curves for the tests of the engine."""
 
+import jax
 import numpy as np
 
 
@@ -83,3 +84,9 @@ def kabsch(c: np.ndarray) -> np.ndarray:
     signs = np.ones(len(c))
     signs[-1] = np.sign(np.linalg.det(u) * np.linalg.det(vt))
     return (u * signs) @ vt
+
+
+def x64():
+    """A context with float64 arrays, in the calling thread."""
+    enable = getattr(jax, "enable_x64", None) or jax.experimental.enable_x64
+    return enable(True)

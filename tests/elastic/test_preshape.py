@@ -1,0 +1,124 @@
+"""The manifold of closed SRVFs: projection, tangent space, great circles."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from elastic.shapes import fourier, x64
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from curvematch_jax.elastic import _preshape as preshape
+from curvematch_jax.elastic import project_closed, to_curve, to_srvf
+
+
+def open_field(seed, n=32, d=3, dtype=np.float32, size=0.1):
+    """An SRVF that misses closure by about `size`, in every component."""
+    q = np.asarray(to_srvf(fourier(seed, n=n, d=d)), dtype)
+    return q + size * np.random.default_rng(seed).normal(size=(d, 1)).astype(dtype)
+
+
+@settings(max_examples=12, deadline=None, derandomize=True)
+@given(st.integers(0, 10_000), st.sampled_from([2, 3, 4]), st.floats(0, 0.3))
+def test_projection_closes_and_is_idempotent(seed, d, size):
+    found = project_closed(open_field(seed, d=d, size=size))
+    assert float(jnp.abs(preshape.closure(found)).max()) < 1e-6
+    np.testing.assert_allclose(preshape.inner(found, found), 1, atol=1e-6)
+    np.testing.assert_allclose(project_closed(found), found, atol=2e-6)
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+def test_projection_closes_to_rounding_in_float64(d):
+    with x64():
+        q = open_field(1, d=d, dtype=np.float64, size=0.2)
+        found = project_closed(q)
+        assert found.dtype == jnp.float64
+        assert float(jnp.abs(preshape.closure(jnp.asarray(q))).max()) > 0.05
+        assert float(jnp.abs(preshape.closure(found)).max()) < 1e-12
+
+
+def test_the_projected_point_is_the_nearest_one():
+    """What takes q to it is normal to the manifold; and no closed field near it is nearer to q."""
+    with x64():
+        q = open_field(2, dtype=np.float64, size=0.1)
+        found = project_closed(q)
+        rest = preshape.project_tangent(found, preshape.unit(jnp.asarray(q)))
+        assert float(preshape.inner(rest, rest)) ** 0.5 < 1e-6
+        here = float(preshape.sphere_distance(found, preshape.unit(jnp.asarray(q))))
+        for seed in range(5):
+            other = project_closed(found + 0.02 * fourier(seed, n=32))
+            assert float(preshape.sphere_distance(other, preshape.unit(jnp.asarray(q)))) > here
+
+
+def test_closing_a_curve_does_not_collapse_its_points():
+    curve = np.asarray(to_curve(project_closed(open_field(3, n=100, size=0.3))))
+    segments = np.linalg.norm(np.roll(curve, -1, axis=1) - curve, axis=0)
+    assert segments.min() > 0.05 / 100
+
+
+def test_projection_takes_batches_and_transformations():
+    q = np.stack([open_field(s) for s in range(4)])
+    alone = np.stack([project_closed(one) for one in q])
+    np.testing.assert_allclose(project_closed(q.reshape(2, 2, 3, 32)).reshape(4, 3, 32), alone, atol=2e-6)
+    np.testing.assert_allclose(jax.jit(jax.vmap(project_closed))(q), alone, atol=2e-6)
+
+
+def test_the_gradient_of_projection_by_finite_differences():
+    with x64():
+        q, weight, direction = (jnp.asarray(x) for x in (open_field(4, dtype=np.float64), fourier(5, n=32), fourier(6, n=32)))
+        value = jax.jit(lambda q: jnp.sum(project_closed(q) * weight))
+        slope = jax.jvp(value, (q,), (direction,))[1]
+        np.testing.assert_allclose(jnp.sum(jax.grad(value)(q) * direction), slope, rtol=1e-8)
+        difference = (value(q + 1e-5 * direction) - value(q - 1e-5 * direction)) / 2e-5
+        np.testing.assert_allclose(slope, difference, rtol=1e-4)
+
+
+@pytest.mark.parametrize("q", [np.zeros(9), np.zeros((1, 9)), np.zeros((3, 9), int)])
+def test_what_is_no_srvf_is_refused(q):
+    with pytest.raises(ValueError, match="q has shape"):
+        project_closed(q)
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+def test_tangents_are_orthogonal_to_the_normal_space_and_stay(d):
+    with x64():
+        q = project_closed(open_field(5, d=d, dtype=np.float64))
+        v = jnp.asarray(fourier(7, n=32, d=d))
+        tangent = preshape.project_tangent(q, v)
+        assert abs(float(preshape.inner(tangent, q))) < 1e-12
+        assert float(jnp.abs(preshape.inner(preshape.normals(q), tangent[None])).max()) < 1e-12
+        np.testing.assert_allclose(preshape.project_tangent(q, tangent), tangent, atol=1e-12)
+
+
+def test_normals_are_the_gradients_of_the_closure():
+    with x64():
+        q = jnp.asarray(open_field(6, dtype=np.float64))
+        gradient = jax.jacrev(preshape.closure)(q) * q.shape[-1]
+        np.testing.assert_allclose(preshape.normals(q), gradient, atol=1e-12)
+
+
+def test_great_circles_join_their_ends_at_even_speed():
+    q1, q2 = (to_srvf(fourier(s, 2, n=32)) for s in (0, 1))
+    path = preshape.great_circle(q1, q2, 5)
+    assert path.shape == (2, 6, 3, 32)
+    np.testing.assert_allclose(path[:, 0], q1, atol=1e-5)
+    np.testing.assert_allclose(path[:, -1], q2, atol=1e-5)
+    np.testing.assert_allclose(preshape.inner(path, path), 1, atol=1e-5)
+    expected = np.arccos(np.asarray(preshape.inner(q1, q2)))
+    steps = preshape.sphere_distance(path[:, 1:], path[:, :-1])
+    np.testing.assert_allclose(steps, np.broadcast_to(expected[:, None] / 5, (2, 5)), atol=1e-5)
+
+
+def test_a_great_circle_from_a_point_to_itself_stays():
+    q = to_srvf(fourier(0, n=32))
+    np.testing.assert_array_equal(preshape.great_circle(q, q, 3), jnp.broadcast_to(q, (4, 3, 32)))
+
+
+def test_sphere_distance_is_precise_and_flat_at_zero():
+    with x64():
+        q = to_srvf(fourier(0, n=32))
+        tangent = preshape.unit(preshape.project_tangent(q, jnp.asarray(fourier(1, n=32))))
+        for angle in (1e-9, 1e-3, 1.0, 3.0):
+            other = jnp.cos(angle) * q + jnp.sin(angle) * tangent
+            np.testing.assert_allclose(preshape.sphere_distance(q, other), angle, rtol=1e-6)
+        np.testing.assert_array_equal(jax.grad(lambda p: preshape.sphere_distance(p, q))(q), 0)
