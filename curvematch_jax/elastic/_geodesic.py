@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
@@ -70,6 +71,7 @@ def aligned_srvf(
     return unit(jnp.einsum("...ij,...jn->...in", rotation, field) * jnp.sqrt(jnp.maximum(slope, 0))[..., None, :])
 
 
+@jax.jit
 def straighten(path: Float[Array, "*b k d n"]) -> Geodesic:
     """Straighten a path in C between its ends."""
     steps = path.shape[-3] - 1

@@ -16,8 +16,8 @@ from jax import lax
 from jaxtyping import Array, Float
 
 
-def dot(a: Float[Array, "d *k"], b: Float[Array, "d *k"]) -> Float[Array, "*k"]:
-    """`sum_i a_i b_i` over the first axis."""
+def dot(a: Float[Array, "d *#k"], b: Float[Array, "d *#k"]) -> Float[Array, "..."]:
+    """`sum_i a_i b_i` over the first axis; the others broadcast."""
     return reduce(add, (x * y for x, y in zip(a, b, strict=True)))
 
 

@@ -51,8 +51,12 @@ def project_closed(q: ArrayLike) -> Float[Array, "*b d n"]:
     q = jnp.asarray(q)
     if q.ndim < 2 or q.shape[-2] < 2 or not jnp.issubdtype(q.dtype, jnp.floating):
         raise ValueError(f"q has shape {q.shape} and dtype {q.dtype}: give real SRVFs as (*batch, d, n), d >= 2.")
-    flat = q.reshape(-1, *q.shape[-2:])
-    return jax.vmap(_project_one)(flat).reshape(q.shape)
+    return _project(q.reshape(-1, *q.shape[-2:])).reshape(q.shape)
+
+
+@jax.jit
+def _project(q: Float[Array, "b d n"]) -> Float[Array, "b d n"]:
+    return jax.vmap(_project_one)(q)
 
 
 def _project_one(q: Float[Array, "d n"]) -> Float[Array, "d n"]:
