@@ -88,5 +88,5 @@ def kabsch(c: np.ndarray) -> np.ndarray:
 
 def x64():
     """A context with float64 arrays, in the calling thread."""
-    enable = getattr(jax, "enable_x64", None) or jax.experimental.enable_x64
+    enable = jax.enable_x64 if hasattr(jax, "enable_x64") else jax.experimental.enable_x64
     return enable(True)

@@ -6,8 +6,8 @@ import pytest
 from elastic.shapes import ellipse, fourier, moved, spectral, srvf
 from scipy.special import ellipe
 
-from curvematch_jax.elastic import centre, length, resample
 from curvematch_jax.elastic import _curve as curves
+from curvematch_jax.elastic import centre, length, resample
 
 
 @pytest.mark.parametrize(("n", "relative"), [(16, 2e-5), (64, 1e-6), (400, 1e-6)])

@@ -41,7 +41,9 @@ def path_score(products, n, gamma):
     rows = [k for k in range(n + 1) if abs(gamma[k] - round(gamma[k])) < 1e-3]
     columns = [round(float(gamma[k])) for k in rows]
     nodes = list(zip(rows, columns, strict=True))
-    return sum(step_score(products, n, r, c, s - r, e - c) for (r, c), (s, e) in zip(nodes, nodes[1:], strict=False)), nodes
+    return sum(
+        step_score(products, n, r, c, s - r, e - c) for (r, c), (s, e) in zip(nodes, nodes[1:], strict=False)
+    ), nodes
 
 
 @pytest.mark.parametrize("largest", [1, 2, 3])

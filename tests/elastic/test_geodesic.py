@@ -1,7 +1,7 @@
 """Geodesics: closed, straight, evenly spaced, from end to end."""
 
-import numpy as np
 import jax.numpy as jnp
+import numpy as np
 import pytest
 from elastic.shapes import ellipse, fourier, moved, rotation, srvf, warps, x64
 

@@ -70,7 +70,9 @@ def test_distance_is_precise_near_zero():
     here = refinement.match(same, table, nodes_like(jnp.zeros((N + 1, LANES), jnp.float32)))
     assert float(refinement.distance(same, here).max()) < 2e-2  # the table is linear between its samples
     tilted = same.at[0].add(1e-4)
-    q2 = here._replace(rotation=jnp.broadcast_to(jnp.eye(3)[..., None], (3, 3, LANES)), q2=tilted, root=jnp.ones((N, LANES)))
+    q2 = here._replace(
+        rotation=jnp.broadcast_to(jnp.eye(3)[..., None], (3, 3, LANES)), q2=tilted, root=jnp.ones((N, LANES))
+    )
     size = np.sqrt(np.mean(np.sum(np.square(same), axis=0), axis=(0, 1)))
     difference = 1e-4 / size
     mean = np.mean(np.asarray(same)[0], axis=(0, 1)) / size

@@ -94,7 +94,9 @@ def test_any_number_of_lane_axes():
     c = lanes_last(random(2, 3))
     found = rotations.best_rotation(c.reshape(3, 3, 4, 6))
     np.testing.assert_allclose(found.reshape(3, 3, LANES), rotations.best_rotation(c), atol=1e-6)
-    np.testing.assert_allclose(rotations.rotation_gain(c.reshape(3, 3, 4, 6)).ravel(), rotations.rotation_gain(c), rtol=1e-5)
+    np.testing.assert_allclose(
+        rotations.rotation_gain(c.reshape(3, 3, 4, 6)).ravel(), rotations.rotation_gain(c), rtol=1e-5
+    )
 
 
 @pytest.mark.parametrize("d", [2, 3])
