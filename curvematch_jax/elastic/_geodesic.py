@@ -15,7 +15,7 @@ from ._curve import interpolate, srvf_of, velocity
 from ._preshape import closure, great_circle, inner, project_closed, project_tangent, sphere_distance, unit
 from ._srvf import to_curve, to_srvf
 
-_STRAIGHTENING_STEPS = 12
+_STRAIGHTENING_STEPS = 10
 _OVERSAMPLING = 8
 
 
@@ -27,7 +27,8 @@ class Geodesic(NamedTuple):
         length: `(*b,)`, radians.
         energy: `(*b, s)`, `1/2 integral |alpha'|^2` after every straightening step, the first value before any.
         closure: `(*b,)`, the largest `|integral q|q||` along the path.
-        converged: `(*b,)`, whether the energy's gradient fell below the tolerance.
+        converged: `(*b,)`, whether the norm of the energy's gradient fell below eps^(2/3): 2e-5 in float32, 4e-11 in
+            float64. A step divides it by 30 or more.
     """
 
     path: Float[Array, "*b k d n"]
@@ -75,7 +76,7 @@ def aligned_srvf(
 def straighten(path: Float[Array, "*b k d n"]) -> Geodesic:
     """Straighten a path in C between its ends."""
     steps = path.shape[-3] - 1
-    tolerance = 100 * float(jnp.finfo(path.dtype).eps)
+    tolerance = float(jnp.finfo(path.dtype).eps) ** (2 / 3)
     smoothing = _inverse_laplacian(steps, path.dtype)
 
     def step(path, _):
@@ -84,7 +85,7 @@ def straighten(path: Float[Array, "*b k d n"]) -> Geodesic:
         moved = project_closed(inside - jnp.einsum("ij,...jdn->...idn", smoothing, pull))
         moved = jnp.concatenate([path[..., :1, :, :], moved, path[..., -1:, :, :]], axis=-3)
         size = jnp.sqrt(jnp.max(inner(pull, pull), axis=-1, initial=0))
-        better = _energy(moved) < _energy(path)
+        better = _energy(moved) <= _energy(path)
         return jnp.where(better[..., None, None, None], moved, path), (_energy(path), size * steps)
 
     path, (energies, sizes) = lax.scan(step, path, None, length=_STRAIGHTENING_STEPS)
@@ -94,7 +95,7 @@ def straighten(path: Float[Array, "*b k d n"]) -> Geodesic:
         length=jnp.sum(sphere_distance(path[..., 1:, :, :], path[..., :-1, :, :]), axis=-1),
         energy=jnp.moveaxis(energy, 0, -1),
         closure=jnp.max(jnp.linalg.norm(closure(path), axis=-1), axis=-1),
-        converged=jnp.min(sizes, axis=0) < tolerance + 1e-6 * jnp.sqrt(energy[-1]),
+        converged=sizes[-1] < tolerance,
     )
 
 
