@@ -24,7 +24,8 @@ def by_definition(one, p, other, q, settings):
     """Equation D level by level, in plain Python."""
     total = weights = 0.0
     common = False
-    for k, (here, there) in enumerate(zip(one.mask[p], other.mask[q], strict=True)):
+    runs = [matching.unbroken(mask[None])[0] for mask in (one.mask[p], other.mask[q])]
+    for k, (here, there) in enumerate(zip(*runs, strict=True)):
         weight = (k + 1) ** -settings.decay
         if here and there:
             common = True
@@ -60,6 +61,13 @@ def test_part_distances_follow_the_definition(pair, settings):
     expected = [by_definition(one, p, other, q, settings) for p, q in pairs]
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-4)
     assert found.max() <= settings.max_distance
+
+
+def test_levels_beyond_a_gap_do_not_count():
+    mask = np.array([[1, 1, 0, 1, 1], [0, 0, 1, 1, 0], [1, 1, 1, 1, 1], [0, 0, 0, 0, 0], [0, 1, 0, 1, 0]], bool)
+    found = matching.unbroken(mask).astype(int)
+    expected = [[1, 1, 0, 0, 0], [0, 0, 1, 1, 0], [1, 1, 1, 1, 1], [0, 0, 0, 0, 0], [0, 1, 0, 0, 0]]
+    np.testing.assert_array_equal(found, expected)
 
 
 def test_nearest_is_the_minimum_over_parts_both_ways(make_parts):
