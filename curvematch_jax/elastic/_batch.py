@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import ArrayLike, Int
+from jaxtyping import ArrayLike
 
 from .._progress import Progress, reporter
 from . import _chunks as chunks
@@ -57,7 +57,7 @@ def distance_matrix(
 def pair_distances(
     a: ArrayLike,
     b: ArrayLike,
-    pairs: Int[np.ndarray, "p 2"],
+    pairs: ArrayLike,
     aligner: Aligner | None = None,
     progress: Progress = False,
 ) -> np.ndarray:
