@@ -50,7 +50,7 @@ def warps(seed: int, lanes: int, n: int, rough: float = 0.4) -> np.ndarray:
 
 
 def spectral(curve: np.ndarray, x: np.ndarray, order: int = 0) -> np.ndarray:
-    """The trigonometric interpolant of a curve `(d, n)`, or a derivative of it, at any parameters `(k,)`: a plain sum of waves."""
+    """The trigonometric interpolant of a curve `(d, n)`, or a derivative, at any parameters `(k,)`: a sum of waves."""
     n = curve.shape[-1]
     coefficients = np.fft.fft(curve, axis=-1) / n
     frequency = np.fft.fftfreq(n, 1 / n)
@@ -67,7 +67,7 @@ def srvf(curve: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 
 def certified(curve1: np.ndarray, curve2: np.ndarray, rotation, warp, nodes: int = 4) -> float:
-    """The angle between `q1` and `R q2(gamma) sqrt(gamma')`, from the definition, for one pair; `nodes` to an interval."""
+    """The angle between `q1` and `R q2(gamma) sqrt(gamma')` of one pair, by definition; `nodes` to an interval."""
     n = len(warp) - 1
     share = (np.arange(nodes) + 0.5) / nodes
     steps = np.diff(np.asarray(warp, float))

@@ -80,9 +80,9 @@ PAIRS = [elastic.align, elastic.elastic_distance, elastic.geodesic]
 
 @pytest.mark.parametrize("function", PAIRS)
 def test_every_function_of_two_curves_names_the_bad_one(function):
-    with pytest.raises(ValueError, match="^curve1 holds NaN"):
+    with pytest.raises(ValueError, match=r"^curve1 holds NaN"):
         function(broken((0, 0, 0), np.nan), GOOD)
-    with pytest.raises(ValueError, match="^curve2 is open"):
+    with pytest.raises(ValueError, match=r"^curve2 is open"):
         function(ellipse(40), ellipse(80)[:, :40])
 
 
@@ -98,7 +98,7 @@ def test_pairs_have_to_fit_each_other(function):
 
 @pytest.mark.parametrize("function", [elastic.length, elastic.to_srvf, lambda c: elastic.resample(c, 10)])
 def test_every_function_of_one_curve_names_it(function):
-    with pytest.raises(ValueError, match="^curve holds NaN"):
+    with pytest.raises(ValueError, match=r"^curve holds NaN"):
         function(broken((0, 0, 0), np.nan))
 
 

@@ -1,5 +1,6 @@
 """The distance under transformations: jit, vmap, grad, jvp; float64; and against other software."""
 
+import json
 import subprocess
 import sys
 import textwrap
@@ -194,8 +195,6 @@ def test_never_above_fdasrsf():
         out.append(float(np.arccos(min(cosine, 1))))
     print(json.dumps(out))
     """
-    import json
-
     pytest.importorskip("fdasrsf")
     done = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(code)],

@@ -60,7 +60,7 @@ def test_warps_of_curves_without_repetition_stay():
 
 
 def test_a_warp_is_carried_back_through_both_curves():
-    """`gamma` between the distinct curves, as a function: sample k of the first lies at `place1`, and `place2` is undone."""
+    """As functions: sample k of the first curve lies at `place1`, and `place2` is undone."""
     n = 12
     gamma = warps(3, 1, n).T
     grid = np.arange(n + 1) / n

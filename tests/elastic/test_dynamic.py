@@ -1,5 +1,6 @@
 """The best path on a grid against every path there is."""
 
+import itertools
 import math
 
 import jax.numpy as jnp
@@ -41,9 +42,7 @@ def path_score(products, n, gamma):
     rows = [k for k in range(n + 1) if abs(gamma[k] - round(gamma[k])) < 1e-3]
     columns = [round(float(gamma[k])) for k in rows]
     nodes = list(zip(rows, columns, strict=True))
-    return sum(
-        step_score(products, n, r, c, s - r, e - c) for (r, c), (s, e) in zip(nodes, nodes[1:], strict=False)
-    ), nodes
+    return sum(step_score(products, n, r, c, s - r, e - c) for (r, c), (s, e) in itertools.pairwise(nodes)), nodes
 
 
 @pytest.mark.parametrize("largest", [1, 2, 3])

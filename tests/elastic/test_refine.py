@@ -64,7 +64,7 @@ def test_distance_is_the_angle_between_the_unit_fields():
 
 def test_distance_is_precise_near_zero():
     """In float32 the arc cosine of a rounded cosine would say 0 or 3e-4."""
-    q1, table, _ = problem(np.float32)
+    _, table, _ = problem(np.float32)
     first = jnp.moveaxis(table, -1, 0)[:, :, 1::2].reshape(LANES, 3, N, NODES)
     same = jnp.moveaxis(first, 0, -1)
     here = refinement.match(same, table, nodes_like(jnp.zeros((N + 1, LANES), jnp.float32)))
