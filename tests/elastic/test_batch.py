@@ -43,6 +43,14 @@ def test_a_matrix_with_itself_is_the_rectangular_one_with_a_zero_diagonal(curves
     np.testing.assert_allclose(rectangle, rectangle.T, atol=5e-7)
 
 
+def test_twelve_curves_in_both_orders(curves, others):
+    """A pair and its exchange lie on different lanes of a chunk, which may round differently."""
+    twelve = np.concatenate([curves, others])
+    matrix = distance_matrix(twelve, twelve.copy(), LEAN)
+    np.testing.assert_allclose(matrix, matrix.T, atol=5e-7)
+    assert matrix[~np.eye(12, dtype=bool)].min() > 0.2
+
+
 def test_listed_pairs_are_entries_of_the_matrix(curves, others):
     pairs = np.random.default_rng(0).integers([0, 0], [7, 5], size=(19, 2))
     found = pair_distances(curves, others, pairs, LEAN)
