@@ -75,8 +75,8 @@ class _State(NamedTuple):
 
 def refine(
     q1: Float[Array, "d n m l"], table: Float[Array, "d t l"], gamma: Float[Array, "n+1 l"], steps: int
-) -> Float[Array, "n+1 l"]:
-    """The warp after `steps` damped Gauss-Newton steps, each lane with its own damping."""
+) -> tuple[Float[Array, "nodes l"], Float[Array, " l"]]:
+    """The warp after `steps` damped Gauss-Newton steps, each lane with its own damping, and its cosine."""
 
     def state(gamma) -> _State:
         here = match(q1, table, gamma)
@@ -92,7 +92,8 @@ def refine(
 
     first = state(gamma)
     damping = jnp.full_like(first.cosine, _FIRST_DAMPING)
-    return lax.scan(step, (first, damping), None, length=steps)[0][0].gamma
+    (last, _), _ = lax.scan(step, (first, damping), None, length=steps)
+    return last.gamma, last.cosine
 
 
 def _moved(here: _State, damping: Float[Array, " l"]) -> Float[Array, "nodes l"]:

@@ -16,7 +16,7 @@ from ._lanes import frobenius
 from ._rotation import best_rotation, covariance, rotate, rotation_gain
 from ._start import find_starts, peak_shift, shift_covariances
 
-_AGREEMENT_STEPS = 7
+_AGREEMENT_STEPS = 6
 _LEAST_START_SLOPE = 0.02
 
 
@@ -78,17 +78,15 @@ def _refined(first: Representative, second: Representative, gamma, aligner: Alig
     both = jnp.concatenate([gamma, warps.invert(gamma)], axis=-1)
     start = _to_parameter(lambda x: warps.evaluate(both, x), arcs, times)
 
-    def refine_once(warp, _):
-        return refinement.refine(q1, table, warp, aligner.steps), None
-
-    def refine_again(warp, _):
-        own = refinement.match(q1, table, warp)
+    def refine_again(found, _):
+        warp, cosine = found
         swapped = warps.strictly_increasing(jnp.roll(warps.invert(warp), kept * pairs, axis=-1), _LEAST_START_SLOPE)
         other = refinement.match(q1, table, swapped)
-        return refine_once(jnp.where((other.cosine > own.cosine)[None], swapped, warp), _)
+        better = jnp.where((other.cosine > cosine)[None], swapped, warp)
+        return refinement.refine(q1, table, better, aligner.steps), None
 
-    warp, _ = refine_once(warps.strictly_increasing(start, _LEAST_START_SLOPE), None)
-    warp, _ = lax.scan(refine_again, warp, None, length=aligner.rounds - 1)
+    found = refinement.refine(q1, table, warps.strictly_increasing(start, _LEAST_START_SLOPE), aligner.steps)
+    (warp, _), _ = lax.scan(refine_again, found, None, length=aligner.rounds - 1)
     here = refinement.match(q1, table, warp)
     forth, back = _best_of_seeds(refinement.distance(q1, here), here, (2, kept, pairs))
     ends = tuple(x[..., :pairs] for x in (q1, table)), tuple(x[..., kept * pairs :][..., :pairs] for x in (q1, table))
