@@ -59,7 +59,9 @@ def test_straight_paths_have_no_tangential_acceleration_in_float64():
     with x64():
         q1, q2 = (project_closed(to_srvf(fourier(s, n=N))) for s in (2, 3))
         path = preshape.great_circle(q1, q2, STEPS)
-        bump = jnp.asarray(np.sin(np.pi * np.arange(STEPS + 1) / STEPS)[:, None, None] * fourier(4, n=N))
+        bump = jnp.asarray(
+            np.sin(np.pi * np.arange(STEPS + 1) / STEPS)[:, None, None] * np.asarray(to_srvf(fourier(4, n=N)))
+        )
         bent = project_closed(path + 0.3 * bump)
         found = geodesics.straighten(bent)
         assert found.path.dtype == jnp.float64

@@ -11,6 +11,10 @@ from curvematch_jax.elastic._curve import srvf_of, velocity
 from curvematch_jax.elastic._warp import nodes_like
 
 N, NODES, LANES = 20, 3, 4
+match, distance, normal_equations = (
+    jax.jit(f) for f in (refinement.match, refinement.distance, refinement._normal_equations)
+)
+refine = jax.jit(refinement.refine, static_argnames="steps")
 
 
 def problem(dtype=np.float64, d=3, rough=0.4):
@@ -40,7 +44,7 @@ def closed(free):
 def test_match_is_the_cosine_at_the_best_rotation(d):
     with x64():
         q1, table, gamma = problem(d=d)
-        found = refinement.match(q1, table, gamma)
+        found = match(q1, table, gamma)
         for lane in range(LANES):
             q2 = np.asarray(moved_field(table[..., lane], gamma[:, lane]))
             c = np.einsum("inm,jnm->ij", q1[..., lane], q2) / (N * NODES)
@@ -52,8 +56,8 @@ def test_match_is_the_cosine_at_the_best_rotation(d):
 def test_distance_is_the_angle_between_the_unit_fields():
     with x64():
         q1, table, gamma = problem()
-        here = refinement.match(q1, table, gamma)
-        found = refinement.distance(q1, here)
+        here = match(q1, table, gamma)
+        found = distance(q1, here)
         for lane in range(LANES):
             q2 = np.asarray(moved_field(table[..., lane], gamma[:, lane]))
             turned = np.einsum("ij,jnm->inm", here.rotation[..., lane], q2)
@@ -67,8 +71,8 @@ def test_distance_is_precise_near_zero():
     _, table, _ = problem(np.float32)
     first = jnp.moveaxis(table, -1, 0)[:, :, 1::2].reshape(LANES, 3, N, NODES)
     same = jnp.moveaxis(first, 0, -1)
-    here = refinement.match(same, table, nodes_like(jnp.zeros((N + 1, LANES), jnp.float32)))
-    assert float(refinement.distance(same, here).max()) < 2e-2  # the table is linear between its samples
+    here = match(same, table, nodes_like(jnp.zeros((N + 1, LANES), jnp.float32)))
+    assert float(distance(same, here).max()) < 2e-2  # the table is linear between its samples
     tilted = same.at[0].add(1e-4)
     q2 = here._replace(
         rotation=jnp.broadcast_to(jnp.eye(3)[..., None], (3, 3, LANES)), q2=tilted, root=jnp.ones((N, LANES))
@@ -76,7 +80,7 @@ def test_distance_is_precise_near_zero():
     size = np.sqrt(np.mean(np.sum(np.square(same), axis=0), axis=(0, 1)))
     difference = 1e-4 / size
     mean = np.mean(np.asarray(same)[0], axis=(0, 1)) / size
-    np.testing.assert_allclose(refinement.distance(same, q2), difference * np.sqrt(1 - mean**2), rtol=0.02)
+    np.testing.assert_allclose(distance(same, q2), difference * np.sqrt(1 - mean**2), rtol=0.02)
 
 
 @pytest.mark.parametrize("d", [2, 3, 4])
@@ -84,8 +88,8 @@ def test_the_gradient_is_that_of_the_cosine_by_finite_differences(d):
     """Rotation included: at the best one its own derivative plays no part."""
     with x64():
         q1, table, gamma = problem(d=d)
-        gradient = refinement._normal_equations(q1, refinement.match(q1, table, gamma))[0]
-        cosine = lambda free: refinement.match(q1, table, closed(free)).cosine  # noqa: E731
+        gradient = normal_equations(q1, match(q1, table, gamma))[0]
+        cosine = lambda free: match(q1, table, closed(free)).cosine  # noqa: E731
         for seed in range(3):
             direction = np.random.default_rng(seed).normal(size=(N, 1)) * np.ones(LANES)
             step = 1e-7 * direction
@@ -96,7 +100,7 @@ def test_the_gradient_is_that_of_the_cosine_by_finite_differences(d):
 def test_the_matrix_is_gauss_newtons_by_autodiff():
     with x64():
         q1, table, gamma = problem()
-        _, diagonal, beside = refinement._normal_equations(q1, refinement.match(q1, table, gamma))
+        _, diagonal, beside = normal_equations(q1, match(q1, table, gamma))
         for lane in range(LANES):
             field = lambda free, lane=lane: moved_field(table[..., lane], closed(free))  # noqa: E731
             jacobian = np.asarray(jax.jacfwd(field)(gamma[:-1, lane])).reshape(-1, N)
@@ -127,12 +131,12 @@ def test_cyclic_systems_are_solved_as_dense_ones(n):
 
 def test_refinement_never_makes_a_match_worse_and_keeps_warps_increasing():
     q1, table, gamma = problem(np.float32)
-    refined = jax.jit(refinement.refine, static_argnames="steps")
-    last = np.asarray(refinement.match(q1, table, gamma).cosine)
+    last = np.asarray(match(q1, table, gamma).cosine)
     first = last
     for steps in (2, 20):
-        found = refined(q1, table, gamma, steps=steps)
-        cosine = np.asarray(refinement.match(q1, table, found).cosine)
+        found, reached = refine(q1, table, gamma, steps=steps)
+        cosine = np.asarray(match(q1, table, found).cosine)
+        np.testing.assert_allclose(reached, cosine, atol=1e-5)
         assert (cosine >= last - 1e-5).all()
         assert float(jnp.diff(found, axis=0).min()) > 0
         np.testing.assert_allclose(found[-1], found[0] + 1, atol=1e-5)
@@ -148,8 +152,8 @@ def test_a_warped_copy_is_laid_back():
     first, second = (jnp.moveaxis(srvf_of(velocity(c, 2 * nodes * n)), 0, -1) for c in (curve, bent))
     q1 = first[:, 1::2].reshape(3, n, nodes, 2)
     start = nodes_like(jnp.zeros((n + 1, 2), jnp.float32))
-    before = refinement.distance(q1, refinement.match(q1, second, start))
-    found = jax.jit(refinement.refine, static_argnames="steps")(q1, second, start, steps=30)
-    after = refinement.distance(q1, refinement.match(q1, second, found))
+    before = distance(q1, match(q1, second, start))
+    found, _ = refine(q1, second, start, steps=30)
+    after = distance(q1, match(q1, second, found))
     assert (np.asarray(before) > 0.2).all()
     assert (np.asarray(after) < 0.15 * np.asarray(before)).all()
