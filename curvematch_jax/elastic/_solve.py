@@ -16,7 +16,7 @@ from ._lanes import frobenius
 from ._rotation import best_rotation, covariance, rotate, rotation_gain
 from ._start import find_starts, peak_shift, shift_covariances
 
-_AGREEMENT_STEPS = 6
+_AGREEMENT_STEPS = 5
 _LEAST_START_SLOPE = 0.02
 
 
@@ -107,7 +107,7 @@ def _agreed(forth: Direction, back: Direction, ends1, ends2) -> tuple[Direction,
 
     Where curve2 skips a piece of curve1, `n` samples on curve1 hold the skip exactly, and those on curve2 spend an
     interval on it: the readings differ by a few hundredths. Both can hold the larger distance. The better one moves
-    towards the inverse of the other until it is there, by bisection.
+    towards the inverse of the other until it is there: false position and bisection, halfway between the two.
     """
     lead = forth.distance < back.distance
     choose = lambda a, b: jnp.where(lead.reshape((1,) * (a.ndim - 1) + (-1,)), a, b)  # noqa: E731
@@ -117,17 +117,27 @@ def _agreed(forth: Direction, back: Direction, ends1, ends2) -> tuple[Direction,
     inverse = inverse + jnp.round(jnp.mean(better.warp - inverse, axis=0, keepdims=True))
     at = lambda share: refinement.match(q1, table, better.warp + share[None] * (inverse - better.warp))  # noqa: E731
 
-    def halve(_, bracket):
-        low, high = bracket
-        middle = (low + high) / 2
-        short = refinement.distance(q1, at(middle)) < worse.distance
-        return jnp.where(short, middle, low), jnp.where(short, high, middle)
+    target = worse.distance
+    line = lambda low, high, below, above: low + (high - low) * _share(target - below, above - below)  # noqa: E731
 
-    zero = jnp.zeros_like(worse.distance)
-    low, high = lax.fori_loop(0, _AGREEMENT_STEPS, halve, (zero, zero + 1))
-    here = at((low + high) / 2)
+    def narrow(_, bracket):
+        low, high, below, above = bracket
+        middle = (line(*bracket) + (low + high) / 2) / 2
+        reached = refinement.distance(q1, at(middle))
+        short = reached < target
+        keep = lambda new, old: jnp.where(short, new, old)  # noqa: E731
+        return keep(middle, low), keep(high, middle), keep(reached, below), keep(above, reached)
+
+    zero = jnp.zeros_like(target)
+    bracket = (zero, zero + 1, better.distance, refinement.distance(q1, at(zero + 1)))
+    here = at(line(*lax.fori_loop(0, _AGREEMENT_STEPS, narrow, bracket)))
     agreed = Direction(worse.distance, here.rotation, here.gamma)
     return jax.tree.map(choose, agreed, worse), jax.tree.map(choose, worse, agreed)
+
+
+def _share(part: Float[Array, " l"], whole: Float[Array, " l"]) -> Float[Array, " l"]:
+    """`part / whole` in [0, 1]; 1/2 where the whole is nothing."""
+    return jnp.where(whole > 0, jnp.clip(part / jnp.where(whole > 0, whole, 1), 0, 1), 0.5)
 
 
 def _sides(first: Representative, second: Representative, nodes: int):
