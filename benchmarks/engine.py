@@ -45,10 +45,10 @@ def main() -> None:
     }
     for name, aligner in PRESETS.items():
         count = options.pairs if name != "accurate" else max(64, options.pairs // 8)
-        seconds, compiling = timed(lambda a, s=aligner: cm.align(*a, s), (first[:count], second[:count]))
+        seconds, compiling = timed(lambda a, s=aligner: cm.align(a[0], a[1], s), (first[:count], second[:count]))
         results["presets"][name] = {"pairs_per_second": count / seconds, "compile_seconds": compiling}
     side = int(options.pairs**0.5)
-    seconds, _ = timed(lambda a: cm.distance_matrix(*a), (first[:side], second[:side]))
+    seconds, _ = timed(lambda a: cm.distance_matrix(a[0], a[1]), (first[:side], second[:side]))
     results["matrix_pairs_per_second_fast"] = side * side / seconds
     if options.peer_pairs:
         results["peer"] = beside_fdasrsf(first[: options.peer_pairs], second[: options.peer_pairs], results["presets"])
@@ -86,7 +86,7 @@ def stages(first: np.ndarray, second: np.ndarray) -> dict[str, float]:
     aligner = cm.Aligner.fast()
     a, b = first[: aligner.chunk], second[: aligner.chunk]
     tables = jax.jit(ft.partial(represent, grid=aligner.grid, nodes=aligner.nodes))
-    starts = jax.jit(lambda pair: find_starts(shift_covariances(*pair), aligner.seeds))
+    starts = jax.jit(lambda pair: find_starts(shift_covariances(pair[0], pair[1]), aligner.seeds))
     tangents = tables(a).tangents, tables(b).tangents
     return {
         "tables of one curve": timed(tables, a)[0] / len(a) * 1e6,
