@@ -172,6 +172,25 @@ def test_gradients_by_finite_differences_of_the_whole_search():
         assert errors.max() < 0.25 * sizes.max()
 
 
+@pytest.mark.xfail(reason="the rigid distance is not minimal over warps: the envelope theorem does not hold")
+@pytest.mark.slow
+def test_rigid_gradients_by_finite_differences():
+    with x64():
+        one, other, direction = (jnp.asarray(fourier(s, 4, n=48, modes=2)) for s in (0, 100, 50))
+        value = jax.jit(lambda a: elastic_distance(a, other, RIGID))
+        slope = jnp.sum(jax.grad(lambda a: value(a).sum())(one) * direction, axis=(1, 2))
+        difference = (value(one + 1e-3 * direction) - value(one - 1e-3 * direction)) / 2e-3
+        np.testing.assert_allclose(slope, difference, atol=0.02)
+
+
+@pytest.mark.xfail(reason="chunks are computed in threads, which do not see the context: float32 in float64 arrays")
+def test_float64_in_a_context():
+    with x64():
+        found = align(fourier(0, n=N), fourier(100, n=N), RIGID)
+        assert found.rotation.dtype == jnp.float64
+        np.testing.assert_allclose(found.rotation @ found.rotation.T, np.eye(3), atol=1e-12)
+
+
 @pytest.mark.slow
 def test_never_above_fdasrsf():
     """The reference implementation's distance of the same closed curves: ours is as small, up to a small tolerance."""

@@ -3,14 +3,16 @@
 import itertools
 import math
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from elastic.shapes import fourier
 
-from curvematch_jax.elastic._dynamic import best_path, steps_up_to
+from curvematch_jax.elastic import _dynamic as dynamic
 
 N = 7
+best_path = jax.jit(dynamic.best_path, static_argnames=("band", "largest"))
 
 
 def fields(seed, n=N, d=3, lanes=4):
@@ -49,7 +51,7 @@ def path_score(products, n, gamma):
 @pytest.mark.parametrize("band", [1, 2, 6])
 def test_the_path_is_the_best_of_all(band, largest):
     q1, q2 = fields(band + 10 * largest)
-    gamma = np.asarray(best_path(jnp.asarray(q1), jnp.asarray(q2), band, largest))
+    gamma = np.asarray(best_path(jnp.asarray(q1), jnp.asarray(q2), band=band, largest=largest))
     for lane in range(q1.shape[-1]):
         products = q1[..., lane].T @ q2[..., lane]
         score, nodes = path_score(products, N, gamma[:, lane])
@@ -61,14 +63,14 @@ def test_the_path_is_the_best_of_all(band, largest):
 
 @pytest.mark.parametrize(("largest", "count"), [(1, 1), (2, 3), (3, 7), (4, 11), (5, 19), (6, 23)])
 def test_steps_are_coprime(largest, count):
-    steps = steps_up_to(largest)
+    steps = dynamic.steps_up_to(largest)
     assert len(steps) == len(set(steps)) == count
     assert all(math.gcd(a, b) == 1 for a, b in steps)
 
 
 def test_paths_increase_from_end_to_end():
     q1, q2 = fields(5, n=40, lanes=6)
-    gamma = np.asarray(best_path(jnp.asarray(q1), jnp.asarray(q2), 10, 4))
+    gamma = np.asarray(best_path(jnp.asarray(q1), jnp.asarray(q2), band=10, largest=4))
     assert gamma.shape == (41, 6)
     slopes = np.diff(gamma, axis=0)
     assert slopes.min() >= 1 / 4 - 1e-4
@@ -80,12 +82,12 @@ def test_paths_increase_from_end_to_end():
 def test_a_curve_is_laid_onto_itself_by_the_identity():
     q = fourier(1, 3, n=32).transpose(1, 2, 0)
     q = q / np.linalg.norm(q, axis=0)
-    gamma = best_path(jnp.asarray(q), jnp.asarray(q), 8, 3)
+    gamma = best_path(jnp.asarray(q), jnp.asarray(q), band=8, largest=3)
     np.testing.assert_allclose(gamma, np.broadcast_to(np.arange(33)[:, None], (33, 3)), atol=1e-4)
 
 
 def test_lanes_do_not_mix():
     q1, q2 = fields(9, n=20, lanes=3)
-    together = best_path(jnp.asarray(q1), jnp.asarray(q2), 5, 3)
-    alone = best_path(jnp.asarray(q1[..., 1:2]), jnp.asarray(q2[..., 1:2]), 5, 3)
+    together = best_path(jnp.asarray(q1), jnp.asarray(q2), band=5, largest=3)
+    alone = best_path(jnp.asarray(q1[..., 1:2]), jnp.asarray(q2[..., 1:2]), band=5, largest=3)
     np.testing.assert_allclose(together[:, 1:2], alone, atol=1e-4)

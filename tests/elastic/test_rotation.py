@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from curvematch_jax.elastic import _rotation as rotations
 
 LANES = 24
+best_rotation, rotation_gain = jax.jit(rotations.best_rotation), jax.jit(rotations.rotation_gain)
 
 
 def random(seed, d):
@@ -47,7 +48,7 @@ def lanes_last(c):
 def test_best_rotation_reaches_the_gain_of_kabsch(case, d):
     c = CASES[case](d)
     size = max(np.abs(c).max(), 1e-6)
-    found = np.moveaxis(np.asarray(rotations.best_rotation(lanes_last(c))), -1, 0)
+    found = np.moveaxis(np.asarray(best_rotation(lanes_last(c))), -1, 0)
     np.testing.assert_allclose(found @ np.swapaxes(found, 1, 2), np.broadcast_to(np.eye(d), found.shape), atol=2e-6)
     np.testing.assert_allclose(np.linalg.det(found), 1, atol=2e-6)
     best = np.array([np.sum(kabsch(one) * one) if size > 1e-6 else 0 for one in c])
@@ -63,7 +64,7 @@ def test_rotation_gain_is_that_of_the_best_rotation(case, d):
     c = CASES[case](d)
     size = max(np.abs(c).max(), 1e-6)
     best = np.array([np.sum(kabsch(one) * one) if size > 1e-6 else 0 for one in c])
-    excess = (np.asarray(rotations.rotation_gain(lanes_last(c))) - best) / size
+    excess = (np.asarray(rotation_gain(lanes_last(c))) - best) / size
     assert excess.min() > -1e-5
     assert excess.max() < {"equal": 0.1, "line": 6e-3}.get(case, 1e-5)
 
@@ -72,8 +73,8 @@ def test_rotation_gain_is_that_of_the_best_rotation(case, d):
 @given(st.integers(0, 100_000), st.sampled_from([2, 3, 4]), st.floats(-3, 3))
 def test_best_rotations_are_rotations_and_turn_with_the_curves(seed, d, exponent):
     c, turn = random(seed, d) * 10**exponent, rotation(seed, d)
-    found = np.asarray(rotations.best_rotation(lanes_last(c)))
-    turned = np.asarray(rotations.best_rotation(lanes_last(turn @ c)))
+    found = np.asarray(best_rotation(lanes_last(c)))
+    turned = np.asarray(best_rotation(lanes_last(turn @ c)))
     gain = np.sum(np.moveaxis(turned, -1, 0) * (turn @ c), axis=(1, 2))
     np.testing.assert_allclose(np.linalg.det(np.moveaxis(found, -1, 0)), 1, atol=1e-5)
     np.testing.assert_allclose(gain, np.sum(np.moveaxis(found, -1, 0) * c, axis=(1, 2)), atol=2e-5 * 10**exponent)
@@ -82,7 +83,7 @@ def test_best_rotations_are_rotations_and_turn_with_the_curves(seed, d, exponent
 @pytest.mark.parametrize("d", [2, 3, 4])
 def test_no_small_turn_away_is_better(d):
     c = random(5, d)
-    found = np.moveaxis(np.asarray(rotations.best_rotation(lanes_last(c)), float), -1, 0)
+    found = np.moveaxis(np.asarray(best_rotation(lanes_last(c)), float), -1, 0)
     gain = np.sum(found * c, axis=(1, 2))
     for seed in range(5):
         skew = np.random.default_rng(seed).normal(size=(d, d)) * 0.02
@@ -92,18 +93,16 @@ def test_no_small_turn_away_is_better(d):
 
 def test_any_number_of_lane_axes():
     c = lanes_last(random(2, 3))
-    found = rotations.best_rotation(c.reshape(3, 3, 4, 6))
-    np.testing.assert_allclose(found.reshape(3, 3, LANES), rotations.best_rotation(c), atol=1e-6)
-    np.testing.assert_allclose(
-        rotations.rotation_gain(c.reshape(3, 3, 4, 6)).ravel(), rotations.rotation_gain(c), rtol=1e-5
-    )
+    found = best_rotation(c.reshape(3, 3, 4, 6))
+    np.testing.assert_allclose(found.reshape(3, 3, LANES), best_rotation(c), atol=1e-6)
+    np.testing.assert_allclose(rotation_gain(c.reshape(3, 3, 4, 6)).ravel(), rotation_gain(c), rtol=1e-5)
 
 
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("case", ["random", "identity", "zero", "line"])
 def test_derivatives_are_finite(case, d):
     c = lanes_last(CASES[case](d))
-    gradient = jax.grad(lambda c: rotations.best_rotation(c).sum())(c)
+    gradient = jax.grad(lambda c: best_rotation(c).sum())(c)
     if case != "zero":
         assert np.isfinite(gradient).all()
 

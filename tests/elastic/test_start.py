@@ -1,11 +1,15 @@
 """Start points against a plain loop over the shifts."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from elastic.shapes import fourier, kabsch, rotation
 
 from curvematch_jax.elastic import _start as starts
+
+find_starts = jax.jit(starts.find_starts, static_argnames="count")
+peak_shift, shift_covariances = jax.jit(starts.peak_shift), jax.jit(starts.shift_covariances)
 
 
 def tangents(seed, count, n, d=3, **move):
@@ -23,14 +27,14 @@ def brute_force(t1, t2):
 @pytest.mark.parametrize("d", [2, 3, 4])
 def test_covariances_of_all_shifts(n, d):
     t1, t2 = tangents(0, 3, n, d), tangents(1, 3, n, d)
-    found = starts.shift_covariances(jnp.asarray(t1), jnp.asarray(t2))
+    found = shift_covariances(jnp.asarray(t1), jnp.asarray(t2))
     np.testing.assert_allclose(found, brute_force(t1, t2), atol=1e-6)
 
 
 def test_starts_are_the_highest_local_maxima_best_first():
     t1, t2 = tangents(2, 5, 48), tangents(3, 5, 48)
     c = brute_force(t1, t2)
-    shift, covariance = starts.find_starts(jnp.asarray(c), 4)
+    shift, covariance = find_starts(jnp.asarray(c), count=4)
     for lane in range(5):
         gain = np.array([np.sum(kabsch(c[:, :, s, lane]) * c[:, :, s, lane]) for s in range(48)])
         peaks = np.flatnonzero((gain >= np.roll(gain, 1)) & (gain > np.roll(gain, -1)))
@@ -44,7 +48,7 @@ def test_where_there_are_fewer_maxima_other_shifts_follow():
     """Two circles: every shift is as good as any."""
     t = 2 * np.pi * np.arange(16) / 16
     circle = np.stack([np.cos(t), np.sin(t), 0 * t])[None]
-    shift, _ = starts.find_starts(starts.shift_covariances(jnp.asarray(circle), jnp.asarray(circle)), 6)
+    shift, _ = find_starts(shift_covariances(jnp.asarray(circle), jnp.asarray(circle)), count=6)
     assert len(set(np.asarray(shift)[:, 0].tolist())) == 6
 
 
@@ -54,7 +58,7 @@ def test_the_peak_between_samples_is_found(shift):
     n = 64
     t1 = tangents(4, 2, n, modes=2)
     t2 = np.einsum("ij,bjn->bin", rotation(1), tangents(4, 2, n, modes=2, shift=shift))
-    found, covariance = starts.peak_shift(starts.shift_covariances(jnp.asarray(t1), jnp.asarray(t2)))
+    found, covariance = peak_shift(shift_covariances(jnp.asarray(t1), jnp.asarray(t2)))
     error = (np.asarray(found) / n + shift + 0.5) % 1 - 0.5
     np.testing.assert_allclose(error * n, 0, atol=0.06)
     for lane in range(2):
@@ -65,6 +69,6 @@ def test_the_peak_between_samples_is_found(shift):
 def test_the_peak_of_a_constant_gain_is_finite():
     t = 2 * np.pi * np.arange(16) / 16
     circle = jnp.asarray(np.stack([np.cos(t), np.sin(t)])[None])
-    found, covariance = starts.peak_shift(starts.shift_covariances(circle, circle))
+    found, covariance = peak_shift(shift_covariances(circle, circle))
     assert np.isfinite(found).all()
     assert np.isfinite(covariance).all()
