@@ -20,6 +20,8 @@ def elastic_distance(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | No
     Differentiable in both curves, forward and reverse, under jit and vmap: at an optimal alignment the derivative of
     the distance is the one with rotation and warp held fixed (envelope theorem). Where the distance is 0, or where two
     alignments tie, it has no derivative; a finite value is returned there, 0 at distance 0.
+    Without a warp (`Aligner.rigid()`) the alignment is not optimal over warps, and the derivative is that of the fixed
+    alignment only, not of the distance.
 
     Args:
         aligner: `Aligner.accurate()` unless given.
