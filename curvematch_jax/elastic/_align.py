@@ -103,7 +103,7 @@ def align_represented(first: Representative, second: Representative, aligner: Al
     """`align` of one chunk of pairs of tabulated curves.
 
     The pair is put in an order that depends on its curves alone, aligned, and read in the order that was asked for:
-    so the distance is symmetric to the last bit.
+    so the distance is symmetric, up to the rounding with which two lanes of a chunk may differ.
     """
     swap = _key(first) > _key(second)
     choose = lambda a, b: jnp.where(swap.reshape((-1,) + (1,) * (a.ndim - 1)), a, b)  # noqa: E731

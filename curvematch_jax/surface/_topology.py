@@ -114,15 +114,9 @@ def orient(faces: np.ndarray) -> tuple[np.ndarray, int, bool]:
 
 def face_components(faces: np.ndarray) -> tuple[int, np.ndarray]:
     """Components of faces joined through shared vertices."""
-    number, labels = label_components(int(faces.max()) + 1, np.concatenate([faces[:, :2], faces[:, 1:]]))
-    del number
+    _, labels = label_components(int(faces.max()) + 1, np.concatenate([faces[:, :2], faces[:, 1:]]))
     present, of_face = np.unique(labels[faces[:, 0]], return_inverse=True)
     return len(present), of_face
-
-
-def boundary_edge_count(faces: np.ndarray) -> int:
-    """Edges that have one face only."""
-    return int((edges(faces).count == 1).sum())
 
 
 def is_closed_manifold(vertices: np.ndarray, faces: np.ndarray) -> bool:
