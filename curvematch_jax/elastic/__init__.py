@@ -1,7 +1,7 @@
 """The engine: closed curves in, elastic distances, alignments and geodesics out."""
 
 from ._align import Alignment, align
-from ._aligner import Aligner
+from ._aligner import Aligner, Stage
 from ._batch import distance_matrix, pair_distances
 from ._curve import centre, length, resample
 from ._distance import alignment_distance, elastic_distance
@@ -13,6 +13,7 @@ __all__ = [
     "Aligner",
     "Alignment",
     "Geodesic",
+    "Stage",
     "align",
     "aligned_srvf",
     "alignment_distance",

@@ -14,7 +14,8 @@ from ._aligner import Aligner
 from ._check import as_curves, check_pair, traced
 from ._curve import Representative, represent
 from ._distinct import distinct, original_warp
-from ._solve import solve
+from ._solve import Reading, solve
+from ._warp import evaluate
 
 _SMALL = 8  # pairs in the chunk of a small batch
 
@@ -24,8 +25,8 @@ class Alignment(NamedTuple):
 
     Attributes:
         rotation: `(*b, d, d)`, R in SO(d).
-        warp: `(*b, n + 1)`, the lifted gamma at `k/n`, linear in between: increasing, `warp[n] = warp[0] + 1`;
-            `warp[0]` is the start point.
+        warp: `(*b, m + 1)`, the lifted gamma at `k/m`, linear in between: increasing, `warp[m] = warp[0] + 1`;
+            `warp[0]` is the start point. m is `aligner.fineness` times n: `warp[::fineness]` is gamma at the samples.
         distance: `(*b,)`, radians.
     """
 
@@ -68,7 +69,8 @@ def _align_concrete(curve1: np.ndarray, curve2: np.ndarray, aligner: Aligner) ->
     total, d, n = curve1.shape
     size = aligner.chunk if total > _SMALL else _SMALL
     (curve1, place1), (curve2, place2) = distinct(curve1), distinct(curve2)
-    rotation, warp, distance = (np.empty((total, *shape), curve1.dtype) for shape in ((d, d), (n + 1,), ()))
+    shapes = (d, d), (aligner.fineness * n + 1,), ()
+    rotation, warp, distance = (np.empty((total, *shape), curve1.dtype) for shape in shapes)
 
     def compute(part: slice) -> Alignment:
         return align_chunk(chunks.padded(curve1[part], size), chunks.padded(curve2[part], size), aligner)
@@ -95,25 +97,32 @@ def _align_traced(curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"], 
 @ft.partial(jax.jit, static_argnames="aligner")
 def align_chunk(curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"], aligner: Aligner) -> Alignment:
     """`align` of one chunk of pairs."""
-    first, second = (represent(c, aligner.grid, aligner.nodes) for c in (curve1, curve2))
-    return align_represented(first, second, aligner)
+    first, second = (represent_for(aligner, c) for c in (curve1, curve2))
+    found = read(first, second, aligner)
+    gamma = evaluate(second.times.T, found.warp)
+    return Alignment(jnp.moveaxis(found.rotation, -1, 0), gamma.T, found.distance)
 
 
-def align_represented(first: Representative, second: Representative, aligner: Aligner) -> Alignment:
-    """`align` of one chunk of pairs of tabulated curves.
+def represent_for(aligner: Aligner, curve: Float[Array, "b d n"]) -> Representative:
+    """The tables that `read` needs."""
+    return represent(curve, aligner.table * aligner.grid, aligner.fineness)
+
+
+def read(first: Representative, second: Representative, aligner: Aligner) -> Reading:
+    """The alignment of one chunk of pairs of tabulated curves, as the first ones see it.
 
     The pair is put in an order that depends on its curves alone, aligned, and read in the order that was asked for:
     so the distance is symmetric, up to the rounding with which two lanes of a chunk may differ.
     """
-    swap = _key(first) > _key(second)
+    swap = _key(first, aligner.table) > _key(second, aligner.table)
     choose = lambda a, b: jnp.where(swap.reshape((-1,) + (1,) * (a.ndim - 1)), a, b)  # noqa: E731
     lower, upper = jax.tree.map(choose, second, first), jax.tree.map(choose, first, second)
     forth, back = solve(lower, upper, aligner)
-    here = jax.tree.map(lambda a, b: jnp.where(swap.reshape((1,) * (a.ndim - 1) + (-1,)), b, a), forth, back)
-    return Alignment(jnp.moveaxis(here.rotation, -1, 0), here.warp.T, here.distance)
+    return jax.tree.map(lambda a, b: jnp.where(swap.reshape((1,) * (a.ndim - 1) + (-1,)), b, a), forth, back)
 
 
-def _key(curve: Representative) -> Float[Array, " b"]:
+def _key(curve: Representative, table: int) -> Float[Array, " b"]:
     """A number for each curve, to put two curves in order."""
-    weights = np.sin(np.arange(1, curve.tangents[0].size + 1) ** 2 * 0.7).reshape(curve.tangents.shape[1:])
-    return jnp.sum(curve.tangents * jnp.asarray(weights, curve.tangents.dtype)[None], axis=(1, 2))
+    tangents = curve.tangents[..., ::table]
+    weights = np.sin(np.arange(1, tangents[0].size + 1) ** 2 * 0.7).reshape(tangents.shape[1:])
+    return jnp.sum(tangents * jnp.asarray(weights, tangents.dtype)[None], axis=(1, 2))

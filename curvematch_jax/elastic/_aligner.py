@@ -2,7 +2,36 @@
 
 from dataclasses import dataclass
 
-_LEAST = {"grid": 8, "seeds": 1, "slope": 0, "kept": 1, "steps": 0, "rounds": 1, "nodes": 1, "chunk": 1}
+_LEAST = {"grid": 8, "seeds": 1, "slope": 0, "passes": 1, "table": 1, "fineness": 1, "nodes": 1, "chunk": 1}
+_LEAST_OF_STAGE = {"kept": 1, "steps": 0, "knots": 8, "nodes": 1}
+
+
+def _check_least(settings: object, least: dict[str, int]) -> None:
+    for name, value in least.items():
+        if getattr(settings, name) < value:
+            raise ValueError(
+                f"{type(settings).__name__}.{name} = {getattr(settings, name)}: it has to be {value} or more."
+            )
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage of refinement.
+
+    Attributes:
+        kept: alignments that are refined, the best of those before.
+        steps: Gauss-Newton steps.
+        knots: pieces of the path, linear each.
+        nodes: quadrature nodes to a piece.
+    """
+
+    kept: int
+    steps: int
+    knots: int
+    nodes: int = 2
+
+    def __post_init__(self) -> None:
+        _check_least(self, _LEAST_OF_STAGE)
 
 
 @dataclass(frozen=True)
@@ -15,31 +44,35 @@ class Aligner:
         band: half width of the dynamic programming's band around the diagonal, as a share of the grid.
         slope: largest step of the dynamic programming in either direction; slopes lie in [1/slope, slope].
             0 for no warp at all: start point and rotation only.
-        kept: seeds that are refined, the best after dynamic programming.
-        steps: refinement steps in each round.
-        rounds: rounds of refinement; each starts from the better of a direction's own warp and the other's inverse.
-        nodes: quadrature nodes to an interval between samples.
+        passes: dynamic programmings of a seed, its rotation solved again before each.
+        stages: of refinement on the continuous problem, coarse to fine.
+        table: tangents tabulated to a sample of the grid; refinement interpolates between them.
+        fineness: samples of the resulting warp to a sample of the curve. A warp that skips a piece of curve2 spends
+            one of its intervals on it, and the curve does not pass there: coarse warps cannot hold good alignments.
+        nodes: of quadrature to an interval of the warp, for the distance that it achieves.
         chunk: pairs computed at once.
     """
 
     grid: int = 48
-    seeds: int = 6
+    seeds: int = 8
     band: float = 0.25
     slope: int = 3
-    kept: int = 1
-    steps: int = 4
-    rounds: int = 2
-    nodes: int = 2
+    passes: int = 1
+    stages: tuple[Stage, ...] = (Stage(kept=3, steps=2, knots=64), Stage(kept=1, steps=8, knots=64))
+    table: int = 8
+    fineness: int = 8
+    nodes: int = 1
     chunk: int = 64
 
     def __post_init__(self) -> None:
-        for name, least in _LEAST.items():
-            if getattr(self, name) < least:
-                raise ValueError(f"Aligner.{name} = {getattr(self, name)}: it has to be {least} or more.")
+        _check_least(self, _LEAST)
         if not 0 < self.band <= 0.5:
             raise ValueError(f"Aligner.band = {self.band}: it is a share of the grid, in (0, 0.5].")
-        if self.kept > self.seeds or self.seeds > self.grid:
-            raise ValueError(f"Aligner needs kept <= seeds <= grid, not {self.kept}, {self.seeds}, {self.grid}.")
+        kept = [stage.kept for stage in self.stages]
+        if [self.grid, self.seeds, *kept] != sorted([self.grid, self.seeds, *kept], reverse=True):
+            raise ValueError(
+                f"Aligner needs grid >= seeds >= kept of each stage in turn, not {self.grid}, {self.seeds}, {kept}."
+            )
 
     @classmethod
     def fast(cls) -> "Aligner":
@@ -49,9 +82,10 @@ class Aligner:
     @classmethod
     def accurate(cls) -> "Aligner":
         """The best alignment known, at about a twentieth of the speed."""
-        return cls(grid=64, seeds=16, kept=6, slope=4, steps=12, nodes=4, chunk=32)
+        stages = Stage(24, 3, 48), Stage(6, 8, 96), Stage(1, 16, 256)
+        return cls(seeds=24, passes=3, stages=stages, table=12, nodes=2, chunk=32)
 
     @classmethod
     def rigid(cls) -> "Aligner":
         """Start point and rotation only, both curves by arc length: the least effort, and an upper bound."""
-        return cls(grid=64, slope=0, chunk=256)
+        return cls(grid=64, slope=0, stages=(), table=4, chunk=256)

@@ -10,10 +10,10 @@ from jaxtyping import ArrayLike
 
 from .._progress import Progress, reporter
 from . import _chunks as chunks
-from ._align import align_represented
+from ._align import read, represent_for
 from ._aligner import Aligner
 from ._check import as_curves, check_pair
-from ._curve import Representative, represent
+from ._curve import Representative
 from ._distinct import distinct
 
 
@@ -132,17 +132,15 @@ def _represented(curves: np.ndarray, aligner: Aligner) -> Representative:
     """The tables of all curves, in numpy."""
     size = aligner.chunk
     parts = [
-        jax.tree.map(
-            np.asarray, _represent_chunk(chunks.padded(curves[s : s + size], size), aligner.grid, aligner.nodes)
-        )
+        jax.tree.map(np.asarray, _represent_chunk(aligner, chunks.padded(curves[s : s + size], size)))
         for s in range(0, len(curves), size)
     ]
-    return jax.tree.map(lambda *tables: np.concatenate(tables)[: len(curves)], *parts)
+    return jax.tree.map(lambda *tables: np.concatenate(tables)[: len(curves)], *parts)._replace(times=None)
 
 
-_represent_chunk = jax.jit(represent, static_argnums=(1, 2))
+_represent_chunk = jax.jit(represent_for, static_argnums=0)
 
 
 @ft.partial(jax.jit, static_argnames="aligner")
 def _distance_chunk(first: Representative, second: Representative, aligner: Aligner):
-    return align_represented(first, second, aligner).distance
+    return read(first, second, aligner).distance

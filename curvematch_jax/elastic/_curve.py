@@ -70,24 +70,21 @@ def resample(curve: ArrayLike, n: int) -> Float[Array, "*b d {n}"]:
 class Representative(NamedTuple):
     """What alignment needs to know of curves. Arc length is counted from the first sample, the whole is 1."""
 
-    tangents: Float[Array, "*b d g"]  # unit tangents at equal arc lengths: the SRVF of the arc-length representative
-    times: Float[Array, "*b g+1"]  # parameter at those arc lengths, 0 to 1
-    arcs: Float[Array, "*b n+1"]  # arc length at the samples, 0 to 1
-    field: Float[Array, "*b d m"]  # SRVF in the curve's own parameter, of unit norm, on a grid finer than the samples
+    tangents: Float[Array, "*b d t"]  # unit tangents at equal arc lengths: the SRVF of the arc-length representative
+    arcs: Float[Array, "*b m+1"]  # arc length at equal parameters, 0 to 1
+    times: Float[Array, "*b t+1"] | None  # parameter at equal arc lengths, 0 to 1; needed for warps alone
 
 
-def represent(curve: Float[Array, "*b d n"], grid: int, nodes: int) -> Representative:
-    """Tabulate closed curves for alignment: `grid` arc-length samples, and `2 nodes` SRVF samples to an interval."""
-    n = curve.shape[-1]
-    speed_vector = velocity(curve, 2 * nodes * n)
+def represent(curve: Float[Array, "*b d n"], tangents: int, fineness: int) -> Representative:
+    """Tabulate closed curves for alignment: `tangents` at equal arc lengths, arc lengths at `fineness n` parameters."""
+    speed_vector = velocity(curve, _OVERSAMPLING * curve.shape[-1])
     speed = norm(speed_vector)
     arcs = _arc_length(speed)
-    times = _times(arcs, grid)
-    field = srvf_of(speed_vector)
-    tangents = interpolate(field, times[..., :-1])
-    size = norm(tangents)[..., None, :]
-    tangents = tangents / jnp.where(size > 0, size, 1)
-    return Representative(tangents, times, arcs[..., :: 2 * nodes], field)
+    times = _times(arcs, tangents)
+    field = interpolate(srvf_of(speed_vector), times[..., :-1])
+    size = norm(field)[..., None, :]
+    field = field / jnp.where(size > 0, size, 1)
+    return Representative(field, _refined_arcs(arcs, speed, fineness), times)
 
 
 def srvf_of(speed_vector: Float[Array, "*b d n"]) -> Float[Array, "*b d n"]:
@@ -110,15 +107,36 @@ def interpolate(table: Float[Array, "*b d m"], x: Float[Array, "*b k"]) -> Float
 
 
 def _arc_length(speed: Float[Array, "*b m"]) -> Float[Array, "*b m+1"]:
-    steps = speed + jnp.roll(speed, -1, axis=-1)
+    """Arc length at equal parameters, the whole 1, by the trapezoidal rule."""
+    return _from_zero(speed + jnp.roll(speed, -1, axis=-1))
+
+
+def _from_zero(steps: Float[Array, "*b m"]) -> Float[Array, "*b m+1"]:
     arcs = jnp.cumsum(steps, axis=-1)
     arcs = jnp.concatenate([jnp.zeros_like(arcs[..., :1]), arcs], axis=-1)
     return arcs / jnp.where(arcs[..., -1:] > 0, arcs[..., -1:], 1)
 
 
+def _refined_arcs(arcs: Float[Array, "*b m+1"], speed: Float[Array, "*b m"], fineness: int) -> Float[Array, "*b k+1"]:
+    """Arc length at `fineness` parameters to a sample of the curve: the speed is linear between its own samples."""
+    if fineness <= _OVERSAMPLING and _OVERSAMPLING % fineness == 0:
+        return arcs[..., :: _OVERSAMPLING // fineness]
+    m = speed.shape[-1] * fineness // _OVERSAMPLING
+    place = jnp.arange(m, dtype=speed.dtype) / m
+    place = jnp.broadcast_to(place, (*speed.shape[:-1], m))
+    fine = interpolate(speed[..., None, :], place)[..., 0, :]
+    return _arc_length(fine)
+
+
 def _times(arcs: Float[Array, "*b nodes"], n: int) -> Float[Array, "*b {n}+1"]:
     """Parameters at which the arc length is `k/n`."""
-    grid = jnp.linspace(0, 1, arcs.shape[-1], dtype=arcs.dtype)
-    targets = jnp.arange(n + 1, dtype=arcs.dtype) / n
-    flat = jax.vmap(lambda arc: jnp.interp(targets, arc, grid))(arcs.reshape(-1, arcs.shape[-1]))
-    return flat.reshape(*arcs.shape[:-1], n + 1)
+    last = arcs.shape[-1] - 1
+    target = jnp.arange(n + 1, dtype=arcs.dtype) / n
+    first_beyond = jnp.ceil(arcs * n).astype(jnp.int32)  # counting is faster than n searches
+    flat = first_beyond.reshape(-1, last + 1)
+    counts = jax.vmap(lambda at: jnp.zeros(n + 1, jnp.int32).at[at].add(1))(flat)
+    after = jnp.clip(jnp.cumsum(counts, axis=-1), 1, last).reshape(*arcs.shape[:-1], n + 1)
+    low = jnp.take_along_axis(arcs, after - 1, axis=-1)
+    run = jnp.take_along_axis(arcs, after, axis=-1) - low
+    share = jnp.clip((target - low) / jnp.where(run > 0, run, 1), 0, 1)
+    return ((after - 1).astype(arcs.dtype) + share) / last

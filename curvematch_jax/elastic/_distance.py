@@ -12,6 +12,8 @@ from ._check import as_curves, check_pair, traced
 from ._curve import interpolate, srvf_of, velocity
 from ._preshape import sphere_distance, unit
 
+_PIECES = 32
+
 
 def elastic_distance(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | None = None) -> Float[Array, "*b"]:
     """Distance of closed curves `(*b, d, n)` in shape space, in radians: symmetric, and blind to position, scale,
@@ -38,28 +40,28 @@ def elastic_distance(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | No
 
 
 def alignment_distance(
-    curve1: ArrayLike, curve2: ArrayLike, rotation: ArrayLike, warp: ArrayLike, nodes: int = 4
+    curve1: ArrayLike, curve2: ArrayLike, rotation: ArrayLike, warp: ArrayLike
 ) -> Float[Array, "*b"]:
-    """The distance, in radians, that a rotation `(*b, d, d)` and a warp `(*b, n + 1)` achieve.
+    """The distance, in radians, that a rotation `(*b, d, d)` and a warp `(*b, m + 1)` of any m achieve.
 
     It is what an `Alignment` certifies: the angle between `q1` and `R q2(gamma) sqrt(gamma')`, with the trigonometric
-    interpolants of the curves, gamma linear between its samples, and the midpoint rule on `nodes` pieces of each
-    interval.
+    interpolants of the curves, gamma linear between its samples, and the midpoint rule on pieces of its intervals, 32 or
+    more to a sample of the curve.
     """
     curve1, curve2 = as_curves("curve1", curve1), as_curves("curve2", curve2)
     check_pair(curve1, curve2)
     rotation, warp = jnp.asarray(rotation, curve1.dtype), jnp.asarray(warp, curve1.dtype)
-    n = curve1.shape[-1]
-    field1, field2 = (srvf_of(velocity(c, 2 * nodes * n)) for c in (curve1, curve2))
-    q1 = field1[..., 1::2]
+    n, m = curve1.shape[-1], warp.shape[-1] - 1
+    nodes = max(1, -(-_PIECES * n // m))
+    q1, field2 = (srvf_of(velocity(c, max(n, 2 * nodes * m))) for c in (curve1, curve2))
     share = (jnp.arange(nodes, dtype=warp.dtype) + 0.5) / nodes
     steps = jnp.diff(warp, axis=-1)
     x = warp[..., :-1, None] + share.reshape((1,) * warp.ndim + (-1,)) * steps[..., None]
     field2 = jnp.broadcast_to(field2, (*warp.shape[:-1], *field2.shape[-2:]))
-    moved = interpolate(field2, x.reshape(*warp.shape[:-1], n * nodes))
-    root = jnp.repeat(jnp.sqrt(jnp.maximum(steps * n, 0)), nodes, axis=-1)
+    moved = interpolate(field2, x.reshape(*warp.shape[:-1], m * nodes))
+    root = jnp.repeat(jnp.sqrt(jnp.maximum(steps * m, 0)), nodes, axis=-1)
     q2 = jnp.einsum("...ij,...jn->...in", rotation, moved) * root[..., None, :]
-    return sphere_distance(jnp.broadcast_to(unit(q1), q2.shape), unit(q2))
+    return sphere_distance(jnp.broadcast_to(unit(q1[..., 1::2]), q2.shape), unit(q2))
 
 
 @ft.partial(jax.custom_jvp, nondiff_argnums=(0,))
@@ -71,5 +73,5 @@ def _distance(aligner: Aligner, curve1: Float[Array, "*b d n"], curve2: Float[Ar
 def _distance_jvp(aligner: Aligner, primals, tangents):
     curve1, curve2 = primals
     found = align(curve1, curve2, aligner)
-    fixed = lambda a, b: alignment_distance(a, b, found.rotation, found.warp, aligner.nodes)  # noqa: E731
+    fixed = lambda a, b: alignment_distance(a, b, found.rotation, found.warp)  # noqa: E731
     return found.distance, jax.jvp(fixed, primals, tangents)[1]

@@ -24,15 +24,21 @@ def distinct(curves: np.ndarray) -> tuple[np.ndarray, Places]:
 
 
 def original_warp(warp: np.ndarray, places1: Places, places2: Places) -> np.ndarray:
-    """Warps `(b, n + 1)` between distinct curves, as warps between the curves as they were given."""
+    """Warps `(b, m + 1)` between distinct curves, as warps between the curves as they were given."""
     warp = np.array(warp)
     grid = np.linspace(0, 1, warp.shape[1])
     for index in places1.keys() | places2.keys():
-        gamma = _lift(places1.get(index, grid), grid, warp[index])
-        place = places2.get(index, grid)
-        gamma = _lift(gamma, place, grid)
+        gamma = warp[index]
+        if index in places1:
+            gamma = _lift(_lift(grid, _equal(places1[index]), places1[index]), grid, gamma)
+        if index in places2:
+            gamma = _lift(gamma, places2[index], _equal(places2[index]))
         warp[index] = np.append(gamma[:-1], gamma[0] + 1)
     return warp
+
+
+def _equal(place: np.ndarray) -> np.ndarray:
+    return np.linspace(0, 1, len(place))
 
 
 def _lift(x: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -2,9 +2,13 @@
 
 Maximises `integral <q1(t), q2(gamma(t))> sqrt(gamma'(t)) dt` over piecewise-linear `gamma` with `gamma(0) = 0`,
 `gamma(1) = 1`, nodes on the n x n grid, and slopes b/a of coprime steps (Mio, Srivastava and Joshi, IJCV 2007).
-Lanes (pairs) are the last axis of every array: rows are contiguous, and one row of the band is one fused loop.
+
+Lanes (pairs) are the last axis of every array: rows are contiguous, and one row of the band is one vectorised loop.
+The number of the step that reaches a node best is kept in the lowest bits of the node's total, so that one maximum
+finds both (three times as fast as two selections): a relative change of 1e-6 in float32.
 """
 
+import functools as ft
 import math
 
 import jax.numpy as jnp
@@ -12,7 +16,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float, Int
 
-from ._lanes import dot
+from ._lanes import dot, once
 
 _IMPOSSIBLE = -1e9
 
@@ -26,56 +30,77 @@ def steps_up_to(largest: int) -> tuple[tuple[int, int], ...]:
 def best_path(q1: Float[Array, "d n l"], q2: Float[Array, "d n l"], band: int, largest: int) -> Float[Array, "n+1 l"]:
     """The best warp, in grid units, at the nodes 0..n; it stays within `band` nodes of the diagonal."""
     steps = steps_up_to(largest)
-    choices = _forward(q1, q2, band, steps)
-    return _backward(choices, band, steps, q1.dtype)
+    return _backward(_forward(q1, q2, band, steps), band, steps)
 
 
-def _forward(q1, q2, band: int, steps) -> Int[Array, "n o l"]:
-    """For every node, as (row, offset from the diagonal), the step that reaches it best."""
+def _products(q1: Float[Array, "d n l"], q2: Float[Array, "d n l"], band: int) -> Float[Array, "n o l"]:
+    """`<q1, q2>` in the band: rows 1 to n, offsets -band to band from the diagonal."""
+    n, width = q1.shape[1], 2 * band + 1
+    around = jnp.concatenate([q2[:, n - band :], q2, q2[:, : band + 1]], axis=1)[:, 1:]
+    q1 = jnp.roll(q1, -1, axis=1)
+    return jnp.stack([dot(q1, around[:, o : o + n]) for o in range(width)], axis=1)
+
+
+def _forward(q1: Float[Array, "d n l"], q2: Float[Array, "d n l"], band: int, steps) -> Float[Array, "n o l"]:
+    """The best total of every node, as (row, offset from the diagonal), with the step that reaches it in its bits."""
     _, n, lanes = q1.shape
     width, reach = 2 * band + 1, max(a for a, _ in steps)
-    q1 = jnp.concatenate([q1, q1[:, :1]], axis=1)
-    q2 = jnp.concatenate([q2[:, n - band :], q2, q2[:, : band + 1]], axis=1)
-    impossible = jnp.full((width, lanes), _IMPOSSIBLE, q1.dtype)
+    margin, blocks = reach - 1, -(-n // reach)
+    products = _products(q1, q2, band)
+    padded = jnp.concatenate([products, jnp.zeros((blocks * reach - n, width, lanes), q1.dtype)])
 
-    def products(row):
-        window = lax.dynamic_slice_in_dim(q2, row, width, axis=1)
-        point = lax.dynamic_slice_in_dim(q1, row, 1, axis=1)
-        return dot(point, window)
+    def block(table, rows):
+        """The next `reach` rows: row k is slot k mod reach of a table of the latest rows, totals beside products."""
+        found = []
+        for k, here in enumerate(rows, start=1):
+            best = once(ft.partial(_relaxed, k=k, steps=steps, n=n), table, here)
+            table = lax.dynamic_update_slice(table, jnp.stack([best, here])[None], (k % reach, 0, margin, 0))
+            found.append(best)
+        return table, jnp.stack(found)
 
-    def shifted(values, by):
-        if by == 0:
-            return values
-        rows = impossible[: abs(by)]
-        return jnp.concatenate([rows, values[:-by]] if by > 0 else [values[-by:], rows])
-
-    def row_step(carry, row):
-        totals, inner = carry
-        here = products(row)
-        best, choice = impossible, jnp.zeros(here.shape, jnp.int8)
-        for index, (a, b) in enumerate(steps):
-            weight = math.sqrt(a * b) / (2 * n)  # trapezoidal rule along the step
-            candidate = shifted(totals[a - 1] + weight * inner[a - 1], b - a) + weight * here
-            better = candidate > best
-            best = jnp.where(better, candidate, best)
-            choice = jnp.where(better, jnp.int8(index), choice)
-        return ((best, *totals[:-1]), (here, *inner[:-1])), choice
-
-    start = jnp.broadcast_to(jnp.where(np.arange(width)[:, None] == band, 0.0, _IMPOSSIBLE), (width, lanes))
-    totals = (start.astype(q1.dtype),) + (impossible,) * (reach - 1)
-    inner = (products(0),) + (jnp.zeros_like(impossible),) * (reach - 1)
-    return lax.scan(row_step, (totals, inner), jnp.arange(1, n + 1))[1]
+    table = jnp.full((reach, 2, width + 2 * margin, lanes), _IMPOSSIBLE, q1.dtype).at[:, 1].set(0)
+    table = table.at[0, 0, margin + band].set(0).at[0, 1, margin : margin + width].set(products[-1])
+    rows = padded.reshape(blocks, reach, width, lanes)
+    return lax.scan(block, table, rows)[1].reshape(blocks * reach, width, lanes)[:n]
 
 
-def _backward(choices: Int[Array, "n o l"], band: int, steps, dtype) -> Float[Array, "n+1 l"]:
-    n, width, lanes = choices.shape
-    rises = jnp.asarray([a for a, _ in steps], jnp.int32)
-    runs = jnp.asarray([b for _, b in steps], jnp.int32)
+def _relaxed(table: Float[Array, "r 2 w l"], here: Float[Array, "o l"], k: int, steps, n: int) -> Float[Array, "o l"]:
+    """Best totals of row k from the rows before it; the trapezoidal rule along each step."""
+    reach, width = table.shape[0], here.shape[0]
+    candidates = []
+    for number, (a, b) in enumerate(steps):
+        start, slot = reach - 1 + a - b, (k - a) % reach
+        total, product = table[slot, :, start : start + width]
+        weight = math.sqrt(a * b) / (2 * n)
+        candidates.append(_marked(total + weight * (product + here), number, len(steps)))
+    return ft.reduce(jnp.maximum, candidates)
+
+
+def _marked(total: Float[Array, "o l"], number: int, count: int) -> Float[Array, "o l"]:
+    bits = lax.bitcast_convert_type(total, _integer(total.dtype))
+    return lax.bitcast_convert_type((bits & ~_mask(count)) | number, total.dtype)
+
+
+def _integer(dtype) -> jnp.dtype:
+    return jnp.dtype(f"int{8 * jnp.dtype(dtype).itemsize}")
+
+
+def _mask(count: int) -> int:
+    return (1 << (count - 1).bit_length()) - 1
+
+
+def _backward(totals: Float[Array, "n o l"], band: int, steps) -> Float[Array, "n+1 l"]:
+    n, width, lanes = totals.shape
+    dtype = totals.dtype
+    rises: Int[Array, " s"] = jnp.asarray([a for a, _ in steps], jnp.int32)
+    runs: Int[Array, " s"] = jnp.asarray([b for _, b in steps], jnp.int32)
 
     def row_step(carry, scanned):
         offset, stop, gamma, slope = carry
-        row, choice = scanned
-        step = jnp.take_along_axis(choice, offset[None], axis=0)[0].astype(jnp.int32)
+        row, total = scanned
+        reached = jnp.take_along_axis(total, offset[None], axis=0, mode="promise_in_bounds")[0]
+        step = (lax.bitcast_convert_type(reached, _integer(dtype)) & _mask(len(steps))).astype(jnp.int32)
+        step = jnp.minimum(step, len(steps) - 1)
         a, b = rises[step], runs[step]
         arrived = stop == row
         slope = jnp.where(arrived, b.astype(dtype) / a.astype(dtype), slope)
@@ -85,5 +110,5 @@ def _backward(choices: Int[Array, "n o l"], band: int, steps, dtype) -> Float[Ar
 
     full = jnp.full((lanes,), n, jnp.int32)
     carry = (jnp.full((lanes,), band, jnp.int32), full, full.astype(dtype), jnp.ones((lanes,), dtype))
-    _, gamma = lax.scan(row_step, carry, (jnp.arange(n, 0, -1, dtype=jnp.int32), choices[::-1]))
+    _, gamma = lax.scan(row_step, carry, (jnp.arange(n, 0, -1, dtype=jnp.int32), totals[::-1]))
     return jnp.concatenate([jnp.zeros((1, lanes), dtype), gamma[::-1]])

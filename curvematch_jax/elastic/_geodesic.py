@@ -61,15 +61,22 @@ def geodesic(curve1: ArrayLike, curve2: ArrayLike, steps: int = 6, aligner: Alig
 
 
 def aligned_srvf(
-    curve: Float[Array, "*c d n"], rotation: Float[Array, "*b d d"], warp: Float[Array, "*b n+1"]
+    curve: Float[Array, "*c d n"], rotation: Float[Array, "*b d d"], warp: Float[Array, "*b m+1"]
 ) -> Float[Array, "*b d n"]:
-    """`R q(gamma) sqrt(gamma')` at `k/n`, of unit norm: how an alignment lays a curve."""
-    n = curve.shape[-1]
+    """`R q(gamma) sqrt(gamma')` at `k/n`, of unit norm: how an alignment lays a curve.
+
+    Each sample is the mean over the interval of length `1/n` around it: a warp is finer than the samples.
+    """
+    n, m = curve.shape[-1], warp.shape[-1] - 1
+    if m % (2 * n):
+        grid = jnp.arange(2 * m + 1, dtype=warp.dtype)
+        fine = jax.vmap(lambda gamma: jnp.interp(grid, grid[::2], gamma))(warp.reshape(-1, m + 1))
+        return aligned_srvf(curve, rotation, fine.reshape(*warp.shape[:-1], -1))
     curve = jnp.broadcast_to(curve, (*warp.shape[:-1], *curve.shape[-2:]))
-    field = interpolate(srvf_of(velocity(curve, _OVERSAMPLING * n)), warp[..., :-1])
-    slope = jnp.diff(warp, axis=-1) * n
-    slope = (slope + jnp.roll(slope, 1, axis=-1)) / 2
-    return unit(jnp.einsum("...ij,...jn->...in", rotation, field) * jnp.sqrt(jnp.maximum(slope, 0))[..., None, :])
+    field = interpolate(srvf_of(velocity(curve, _OVERSAMPLING * n)), (warp[..., :-1] + warp[..., 1:]) / 2)
+    field = field * jnp.sqrt(jnp.maximum(jnp.diff(warp, axis=-1) * m, 0))[..., None, :]
+    around = jnp.roll(field, m // (2 * n), axis=-1).reshape(*field.shape[:-1], n, m // n)
+    return unit(jnp.einsum("...ij,...jn->...in", rotation, jnp.mean(around, axis=-1)))
 
 
 @jax.jit

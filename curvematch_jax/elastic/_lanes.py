@@ -12,6 +12,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
@@ -32,6 +33,12 @@ def mean_rows(x: Float[Array, "*k n l"]) -> Float[Array, "*k l"]:
     weights = jnp.full((1,) * (x.ndim - 2) + (1, n), 1 / n, x.dtype)
     weights = jnp.broadcast_to(weights, (*x.shape[:-2], 1, n))
     return jnp.matmul(weights, x, precision="highest")[..., 0, :]
+
+
+def cumulative(x: Float[Array, "n l"]) -> Float[Array, "n l"]:
+    """Sum of the rows before each, as a matrix product: XLA's cumulative sum is several times slower."""
+    before = jnp.asarray(np.tril(np.ones((x.shape[0],) * 2), -1), x.dtype)
+    return jnp.matmul(before, x, precision="highest")
 
 
 def once(compute: Callable[..., Any], *operands: Array) -> Any:

@@ -1,148 +1,153 @@
-"""Refinement of a warp on the continuous problem, by Gauss-Newton steps over its samples and the rotation.
+"""Refinement of an alignment on the continuous problem: Gauss-Newton steps over a path of both curves.
 
-With `gamma` linear between its samples `g_k`, the residual `q1 - R q2(gamma) sqrt(gamma')` of an interval depends on
-`g_k` and `g_{k+1}` alone, so the Gauss-Newton matrix is cyclic tridiagonal, and one step costs O(n). Its part in
-`gamma'`, `|q2|^2 / 4 gamma'`, is the Fisher-Rao metric on warps: the steps are Sobolev steps, and do not depend on n.
-The rotation follows by its closed form at every evaluation. Steps are accepted only when they improve the match.
+Both curves are traversed at once, `gamma1 = tau - u` and `gamma2 = tau + u` with `u` periodic and `|u'| <= 1`; the warp
+is `gamma2(gamma1^-1)`. A path treats the curves alike, and either may stand still while the other moves.
+With u linear between its knots, the residual `q1(gamma1) sqrt(gamma1') - R q2(gamma2) sqrt(gamma2')` of a piece depends
+on two knots, so the Gauss-Newton matrix is cyclic tridiagonal, and one step costs O(knots). Its part in `u'`,
+`(1 / (1 - u'^2) + <q1, R q2> / sqrt(1 - u'^2)) / 2` for unit tangents, is a Fisher-Rao metric on warps: the steps are
+Sobolev steps. The rotation follows by its closed form at every evaluation. Steps are accepted only when they improve.
 """
 
-from functools import reduce
-from operator import add
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
-from ._lanes import dot, frobenius, mean_rows, once
+from ._lanes import cumulative, dot, frobenius, mean_rows, once
 from ._rotation import best_rotation, covariance, rotate
-from ._warp import from_increments
+from ._table import look_up, value_at
 
-LEAST_SLOPE = 1e-4
-_SHRINK = 0.15  # an interval keeps at least this share of its length in one step
+STEEPEST = 1 - 1e-3  # of u': neither curve ever stands quite still
+_SHRINK = 0.15  # each curve keeps at least this share of its progress on a piece in one step
 _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-3, 1e3
 
 
-class Match(NamedTuple):
-    """A warp with what it does to a pair: lanes last, `m` nodes to each of `n` intervals."""
-
-    gamma: Float[Array, "n+1 l"]
-    cosine: Float[Array, " l"]
-    rotation: Float[Array, "d d l"]
-    q2: Float[Array, "d n m l"]  # q2(gamma), without the factor sqrt(gamma')
-    dq2: Float[Array, "d n m l"]  # derivative of q2 there
-    root: Float[Array, "n l"]  # sqrt(gamma')
-
-
-def match(q1: Float[Array, "d n m l"], table: Float[Array, "d t l"], gamma: Float[Array, "n+1 l"]) -> Match:
-    """The cosine `integral <q1, R q2(gamma)> sqrt(gamma')` with the best R, for q2 tabulated at `k/t`.
-
-    `q1` is given at the midpoints of `m` equal pieces of each interval.
-    """
-    d, n, m, lanes = q1.shape
-    steps = jnp.diff(gamma, axis=0)
-    x = gamma[:-1, None] + _pieces(m, gamma.dtype)[0] * steps[:, None]
-    q2, dq2 = once(_look_up, x.reshape(n * m, lanes), table)
-    q2, dq2 = q2.reshape(q1.shape), dq2.reshape(q1.shape)
-    root = jnp.sqrt(jnp.maximum(steps * n, LEAST_SLOPE))
-    c = covariance(q1.reshape(d, n * m, lanes), (q2 * root[None, :, None]).reshape(d, n * m, lanes))
-    rotation = best_rotation(c)
-    return Match(gamma, frobenius(rotation, c), rotation, q2, dq2, root)
-
-
-def distance(q1: Float[Array, "d n m l"], here: Match) -> Float[Array, " l"]:
-    """Angle between `q1` and `R q2(gamma) sqrt(gamma')`, each scaled to unit norm on the nodes.
-
-    Through the chord, `2 arcsin(|u - v| / 2)`: precise near 0, where the arc cosine of a rounded cosine is not.
-    """
-    q2 = rotate(here.rotation[:, :, None, None], here.q2) * here.root[None, :, None]
-    size = lambda q: jnp.sqrt(mean_rows(dot(q, q).reshape(-1, q.shape[-1])))  # noqa: E731
-    unit = lambda q: q / size(q)[None, None, None]  # noqa: E731
-    chord = size(unit(q1) - unit(q2))
-    return 2 * jnp.arcsin(jnp.minimum(chord / 2, 1))
-
-
 class _State(NamedTuple):
-    """Where a refinement stands: the warp, its cosine, and the normal equations there."""
+    """Where a refinement stands: the path, its cosine, and the normal equations there."""
 
-    gamma: Float[Array, "n+1 l"]
+    u: Float[Array, "k l"]
     cosine: Float[Array, " l"]
-    gradient: Float[Array, "n l"]
-    diagonal: Float[Array, "n l"]
-    beside: Float[Array, "n l"]
+    slope: Float[Array, "k l"]
+    gradient: Float[Array, "k l"]
+    diagonal: Float[Array, "k l"]
+    beside: Float[Array, "k l"]
+
+
+class _Products(NamedTuple):
+    """Inner products at the quadrature nodes, nodes of a piece first: of `q1` and `R q2`, and of their derivatives."""
+
+    q_q: Float[Array, "m k l"]
+    dq_q: Float[Array, "m k l"]
+    q_dq: Float[Array, "m k l"]
+    dq_dq: Float[Array, "m k l"]
+    square1: Float[Array, "m k l"]
+    square2: Float[Array, "m k l"]
 
 
 def refine(
-    q1: Float[Array, "d n m l"], table: Float[Array, "d t l"], gamma: Float[Array, "n+1 l"], steps: int
-) -> tuple[Float[Array, "nodes l"], Float[Array, " l"]]:
-    """The warp after `steps` damped Gauss-Newton steps, each lane with its own damping, and its cosine."""
+    t1: Int[Array, "d t l"], t2: Int[Array, "d t l"], u: Float[Array, "k l"], steps: int, nodes: int
+) -> tuple[Float[Array, "k l"], Float[Array, " l"]]:
+    """The path after `steps` damped Gauss-Newton steps, each lane with its own damping, and its cosine.
 
-    def state(gamma) -> _State:
-        here = match(q1, table, gamma)
-        return _State(gamma, here.cosine, *_normal_equations(q1, here))
+    `t1` and `t2` are packed tables of the curves' unit tangents at equal arc lengths.
+    """
 
     def step(carry, _):
         old, damping = carry
-        new = state(_moved(old, damping))
+        new = _state(t1, t2, _moved(old, damping), nodes)
         better = new.cosine > old.cosine
         kept = jax.tree.map(lambda x, y: jnp.where(better.reshape((1,) * (x.ndim - 1) + (-1,)), x, y), new, old)
         lower, higher = jnp.maximum(damping * 0.3, _LEAST_DAMPING), jnp.minimum(damping * 8, _MOST_DAMPING)
         return (kept, jnp.where(better, lower, higher)), None
 
-    first = state(gamma)
+    first = _state(t1, t2, u, nodes)
     damping = jnp.full_like(first.cosine, _FIRST_DAMPING)
     (last, _), _ = lax.scan(step, (first, damping), None, length=steps)
-    return last.gamma, last.cosine
+    return last.u, last.cosine
 
 
-def _moved(here: _State, damping: Float[Array, " l"]) -> Float[Array, "nodes l"]:
-    """The warp after one damped step, its intervals kept positive."""
-    n = here.gradient.shape[0]
-    diagonal = here.diagonal * (1 + damping[None]) + 1e-6 * n
-    change = solve_cyclic(diagonal, here.beside, here.gradient)
-    steps = jnp.diff(here.gamma, axis=0)
-    longer = steps + jnp.roll(change, -1, axis=0) - change
-    longer = jnp.maximum(jnp.maximum(longer, _SHRINK * steps), LEAST_SLOPE / n)
-    moved = from_increments(here.gamma[0], longer)
-    drift = mean_rows(here.gamma[:-1] + change - moved[:-1])
-    return moved + drift[None]
+def rotation_of(
+    t1: Int[Array, "d t l"], t2: Int[Array, "d t l"], u: Float[Array, "k l"], nodes: int
+) -> Float[Array, "d d l"]:
+    """The best rotation for a path."""
+    slope, x1, x2 = _places(u, nodes)
+    return best_rotation(_covariance(once(value_at, x1, t1), once(value_at, x2, t2), slope))
 
 
-def _normal_equations(q1: Float[Array, "d n m l"], here: Match) -> tuple[Float[Array, "n l"], ...]:
-    """Gradient of the cosine, and diagonal and off-diagonal of the Gauss-Newton matrix, in the samples of the warp."""
-    _, n, m, _ = q1.shape
-    share, rest = _pieces(m, q1.dtype)
-    root = here.root[:, None]
-    target = rotate(jnp.swapaxes(here.rotation, 0, 1)[:, :, None, None], q1)
-    stretch = n / (2 * root)
-    total = lambda values: reduce(add, (values[:, i] for i in range(m))) / (n * m)  # noqa: E731
-    dq_dq, q_dq = dot(here.dq2, here.dq2) * root * root, dot(here.q2, here.dq2) * (n / 2)
-    q_q = dot(here.q2, here.q2) * stretch * stretch
-    t_dq, t_q = dot(target, here.dq2) * root, dot(target, here.q2) * stretch
-    left, right = total(t_dq * rest - t_q), total(t_dq * share + t_q)
-    left_left = total(dq_dq * rest * rest - 2 * q_dq * rest + q_q)
-    right_right = total(dq_dq * share * share + 2 * q_dq * share + q_q)
-    left_right = total(dq_dq * share * rest + q_dq * (rest - share) - q_q)
-    return left + jnp.roll(right, 1, axis=0), left_left + jnp.roll(right_right, 1, axis=0), left_right
+def _state(t1: Int[Array, "d t l"], t2: Int[Array, "d t l"], u: Float[Array, "k l"], nodes: int) -> _State:
+    slope, x1, x2 = _places(u, nodes)
+    q1, dq1 = once(look_up, x1, t1)
+    q2, dq2 = once(look_up, x2, t2)
+    c = _covariance(q1, q2, slope)
+    rotation = best_rotation(c)
+    products = once(_products, q1, dq1, q2, dq2, rotation)
+    split = _Products(*(x.reshape(nodes, *u.shape) for x in products))
+    return _State(u, frobenius(rotation, c), slope, *_normal_equations(split, slope))
 
 
-def _pieces(m: int, dtype) -> tuple[Float[Array, "1 m 1"], Float[Array, "1 m 1"]]:
-    """Midpoints of m equal pieces of an interval, as shares from its left and from its right end."""
-    share = ((jnp.arange(m, dtype=dtype) + 0.5) / m)[None, :, None]
-    return share, 1 - share
+def _places(u: Float[Array, "k l"], nodes: int) -> tuple[Float[Array, "k l"], ...]:
+    """Slope of each piece, and where both curves are at the nodes: the first nodes of all pieces, then the second."""
+    knots = u.shape[0]
+    rise = jnp.roll(u, -1, axis=0) - u
+    at = jnp.concatenate([u + share * rise for share in _shares(nodes)])
+    time = (np.arange(knots)[None] + np.array(_shares(nodes))[:, None]) / knots
+    time = jnp.asarray(time.reshape(-1, 1), u.dtype)
+    return jnp.clip(rise * knots, -STEEPEST, STEEPEST), time - at, time + at
 
 
-def _look_up(x: Float[Array, "k l"], table: Float[Array, "d t l"]):
-    """Periodic linear interpolation along the middle axis, and its derivative."""
-    size = table.shape[1]
-    position = x * size
-    floor = jnp.floor(position)
-    index = floor.astype(jnp.int32) % size
-    take = lambda at: jnp.stack([jnp.take_along_axis(row, at, axis=0, mode="promise_in_bounds") for row in table])  # noqa: E731
-    left, right = take(index), take((index + 1) % size)
-    rise = right - left
-    return left + rise * (position - floor)[None], rise * size
+def _shares(nodes: int) -> list[float]:
+    return [(i + 0.5) / nodes for i in range(nodes)]
+
+
+def _covariance(q1: Float[Array, "d n l"], q2: Float[Array, "d n l"], slope: Float[Array, "k l"]):
+    weight = jnp.sqrt(1 - slope * slope)
+    return covariance(q1, q2 * jnp.concatenate([weight] * (q1.shape[1] // slope.shape[0]))[None])
+
+
+def _products(q1, dq1, q2, dq2, rotation) -> tuple[Float[Array, "n l"], ...]:
+    q2, dq2 = rotate(rotation[:, :, None], q2), rotate(rotation[:, :, None], dq2)
+    return dot(q1, q2), dot(dq1, q2), dot(q1, dq2), dot(dq1, dq2), dot(dq1, dq1), dot(dq2, dq2)
+
+
+def _normal_equations(at: _Products, p: Float[Array, "k l"]) -> tuple[Float[Array, "k l"], ...]:
+    """Gradient of the cosine, and diagonal and off-diagonal of the Gauss-Newton matrix, in the knots' u.
+
+    Tangents are unit, so `<q, q'> = 0`, which the formulas use.
+    """
+    nodes, knots, _ = at.q_q.shape
+    s = jnp.sqrt(1 - p * p)
+    left = right = left_left = right_right = left_right = jnp.zeros_like(p)
+    for i, share in enumerate(_shares(nodes)):
+        rest = 1 - share
+        along_u = (at.q_dq[i] - at.dq_q[i]) * s
+        along_p = -knots * at.q_q[i] * p / s
+        u_u = at.square1[i] * (1 - p) + at.square2[i] * (1 + p) + 2 * s * at.dq_dq[i]
+        u_p = knots / 2 * (at.dq_q[i] * (1 - p) + at.q_dq[i] * (1 + p)) / s
+        p_p = knots * knots / 2 * (1 / s + at.q_q[i]) / s
+        left, right = left + along_u * rest - along_p, right + along_u * share + along_p
+        left_left = left_left + u_u * rest * rest - 2 * u_p * rest + p_p
+        right_right = right_right + u_u * share * share + 2 * u_p * share + p_p
+        left_right = left_right + u_u * share * rest + u_p * (rest - share) - p_p
+    weight = 1 / (knots * nodes)
+    gradient, diagonal = left + jnp.roll(right, 1, axis=0), left_left + jnp.roll(right_right, 1, axis=0)
+    return gradient * weight, diagonal * weight, left_right * weight
+
+
+def _moved(here: _State, damping: Float[Array, " l"]) -> Float[Array, "k l"]:
+    """The path after one damped step, both curves still moving forwards."""
+    knots, p = here.u.shape[0], here.slope
+    change = solve_cyclic(here.diagonal * (1 + damping[None]) + 1e-6 * knots, here.beside, here.gradient)
+    keep = 1 - _SHRINK
+    slope = p + knots * (jnp.roll(change, -1, axis=0) - change)
+    slope = jnp.clip(slope, p - keep * (1 + p), p + keep * (1 - p))
+    slope = jnp.clip(slope, -STEEPEST, STEEPEST)
+    room = 1 - slope * slope
+    slope = slope - mean_rows(slope)[None] * room / mean_rows(room)[None]
+    moved = cumulative(slope) / knots
+    return moved + mean_rows(here.u + change - moved)[None]
 
 
 def solve_cyclic(

@@ -1,152 +1,186 @@
-"""One chunk of pairs: start points, dynamic programming, refinement in both directions."""
+"""One chunk of pairs: start points, dynamic programming, refinement, and the alignment as both curves read it."""
 
+import functools as ft
+from collections.abc import Callable
+from operator import add
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jax import lax
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
-from . import _refine as refinement
 from . import _warp as warps
-from ._aligner import Aligner
+from ._aligner import Aligner, Stage
 from ._curve import Representative
 from ._dynamic import best_path
-from ._lanes import frobenius
+from ._lanes import dot, frobenius, mean_rows, once
+from ._refine import refine, rotation_of
 from ._rotation import best_rotation, covariance, rotate, rotation_gain
 from ._start import find_starts, peak_shift, shift_covariances
+from ._table import pack, value_at
 
-_AGREEMENT_STEPS = 5
-_LEAST_START_SLOPE = 0.02
+_AGREEMENT_STEPS = 3
 
 
-class Direction(NamedTuple):
-    """One of the two readings of an alignment, lanes last; the warp has its samples on the first curve's."""
+class Reading(NamedTuple):
+    """An alignment as seen from one of its curves, lanes last; the warp is between arc lengths, at the curve's arcs."""
 
     distance: Float[Array, " l"]
     rotation: Float[Array, "d d l"]
-    warp: Float[Array, "n+1 l"]
+    warp: Float[Array, "m+1 l"]
 
 
-def solve(first: Representative, second: Representative, aligner: Aligner) -> tuple[Direction, Direction]:
+class _Side(NamedTuple):
+    """A curve and the one that is laid onto it."""
+
+    arcs: Float[Array, "m+1 l"]
+    own: Float[Array, "d k l"]  # the curve's unit tangents at the nodes between the arcs
+    other: Int[Array, "d t l"]
+    rotation: Float[Array, "d d l"]
+
+
+def solve(first: Representative, second: Representative, aligner: Aligner) -> tuple[Reading, Reading]:
     """Align `b` pairs; the second onto the first, and the first onto the second."""
     if aligner.slope == 0:
-        return _rigid(first, second)
+        return _rigid(first, second, aligner.table)
     gamma = _search(first, second, aligner)
-    return _refined(first, second, gamma, aligner)
+    t1, t2 = pack(_lanes(first.tangents)), pack(_lanes(second.tangents))
+    u, rotation = _refined(t1, t2, gamma, aligner.stages)
+    forth = _side(_lanes(first.arcs), t1, t2, rotation, aligner.nodes)
+    back = _side(_lanes(second.arcs), t2, t1, jnp.swapaxes(rotation, 0, 1), aligner.nodes)
+    return _agreed(_read(u, forth), _read(-u, back), forth, back)
 
 
 def _lanes(array: Float[Array, "b ..."]) -> Float[Array, "..."]:
     return jnp.moveaxis(array, 0, -1)
 
 
-def _rigid(first: Representative, second: Representative) -> tuple[Direction, Direction]:
-    shift, c = peak_shift(shift_covariances(first.tangents, second.tangents))
+def _rigid(first: Representative, second: Representative, table: int) -> tuple[Reading, Reading]:
+    t1, t2 = first.tangents[..., ::table], second.tangents[..., ::table]
+    shift, c = peak_shift(shift_covariances(t1, t2))
     rotation = best_rotation(c)
     distance = jnp.arccos(jnp.clip(frobenius(rotation, c), -1, 1))
-    turn = shift / first.tangents.shape[-1]
-    forth = _to_parameter(lambda x: x + turn[None], _lanes(first.arcs), _lanes(second.times))
-    back = _to_parameter(lambda x: x - turn[None], _lanes(second.arcs), _lanes(first.times))
-    return Direction(distance, rotation, forth), Direction(distance, jnp.swapaxes(rotation, 0, 1), back)
+    turn = (shift / t1.shape[-1])[None]
+    back = Reading(distance, jnp.swapaxes(rotation, 0, 1), _lanes(second.arcs) - turn)
+    return Reading(distance, rotation, _lanes(first.arcs) + turn), back
 
 
 def _search(first: Representative, second: Representative, aligner: Aligner) -> Float[Array, "nodes k b"]:
-    """The best seeds' warps between arc lengths: the best path from each start, scored with its best rotation."""
-    n, pairs = aligner.grid, first.tangents.shape[0]
-    shift, c = find_starts(shift_covariances(first.tangents, second.tangents), aligner.seeds)
-    t1, t2 = _lanes(first.tangents), _lanes(second.tangents)
-    index = (jnp.arange(n, dtype=shift.dtype)[:, None, None] + shift[None]) % n
-    shifted = jnp.take_along_axis(t2[:, :, None], index[None], axis=1)
-    fixed = jnp.broadcast_to(t1[:, :, None], shifted.shape)
+    """Warps between arc lengths, best first: the best path from each start, its rotation solved again between passes."""
+    t1, t2 = first.tangents[..., :: aligner.table], second.tangents[..., :: aligner.table]
+    n, pairs = aligner.grid, t1.shape[0]
+    shift, c = find_starts(shift_covariances(t1, t2), aligner.seeds)
     flat = lambda x: x.reshape(*x.shape[:-2], -1)  # noqa: E731
-    q1, q2, rotation = flat(fixed), flat(shifted), flat(best_rotation(c))
-    path = best_path(q1, rotate(rotation[:, :, None], q2), max(1, round(aligner.band * n)), aligner.slope) / n
-    score = rotation_gain(covariance(q1, warps.act(q2, path))).reshape(aligner.seeds, pairs)
-    _, best = lax.top_k(score.T, aligner.kept)
-    gamma = path.reshape(n + 1, aligner.seeds, pairs) + (shift.astype(path.dtype) / n)[None]
-    return jnp.take_along_axis(gamma, best.T[None], axis=1)
+    index = (jnp.arange(n, dtype=shift.dtype)[:, None, None] + shift[None]) % n
+    shifted = jnp.take_along_axis(_lanes(t2)[:, :, None], index[None], axis=1, mode="promise_in_bounds")
+    q1, q2 = flat(jnp.broadcast_to(_lanes(t1)[:, :, None], shifted.shape)), flat(shifted)
+    solved = lambda c: once(lambda r, q: rotate(r[:, :, None], q), best_rotation(c), q2)  # noqa: E731
+    path = ft.partial(best_path, band=max(1, round(aligner.band * n)), largest=aligner.slope)
+    c, score, gamma = flat(c), jnp.full(q1.shape[-1], -jnp.inf, q1.dtype), jnp.zeros((n + 1, q1.shape[-1]), q1.dtype)
+    for _ in range(aligner.passes):
+        found = path(q1, solved(c))
+        c = covariance(q1, once(warps.act, q2, found / n))
+        gain = rotation_gain(c)
+        gamma, score = jnp.where((gain > score)[None], found, gamma), jnp.maximum(gain, score)
+    gamma = (gamma.reshape(n + 1, aligner.seeds, pairs) + shift.astype(gamma.dtype)[None]) / n
+    return _best(gamma, score.reshape(aligner.seeds, pairs), aligner.stages[0].kept if aligner.stages else 1)
 
 
-def _refined(first: Representative, second: Representative, gamma, aligner: Aligner) -> tuple[Direction, Direction]:
-    """Refine in both directions side by side: the lanes are forth and back, then the kept seeds, then the pairs."""
-    grid, kept, pairs = gamma.shape
-    gamma = gamma.reshape(grid, kept * pairs)
-    q1, table, arcs, times = (
-        jnp.concatenate([jnp.tile(_lanes(x), kept), jnp.tile(_lanes(y), kept)], axis=-1)
-        for x, y in zip(_sides(first, second, aligner.nodes), _sides(second, first, aligner.nodes), strict=True)
-    )
-    both = jnp.concatenate([gamma, warps.invert(gamma)], axis=-1)
-    start = _to_parameter(lambda x: warps.evaluate(both, x), arcs, times)
-
-    def refine_again(found, _):
-        warp, cosine = found
-        swapped = warps.strictly_increasing(jnp.roll(warps.invert(warp), kept * pairs, axis=-1), _LEAST_START_SLOPE)
-        other = refinement.match(q1, table, swapped)
-        better = jnp.where((other.cosine > cosine)[None], swapped, warp)
-        return refinement.refine(q1, table, better, aligner.steps), None
-
-    found = refinement.refine(q1, table, warps.strictly_increasing(start, _LEAST_START_SLOPE), aligner.steps)
-    (warp, _), _ = lax.scan(refine_again, found, None, length=aligner.rounds - 1)
-    here = refinement.match(q1, table, warp)
-    forth, back = _best_of_seeds(refinement.distance(q1, here), here, (2, kept, pairs))
-    ends = tuple(x[..., :pairs] for x in (q1, table)), tuple(x[..., kept * pairs :][..., :pairs] for x in (q1, table))
-    return _agreed(forth, back, *ends)
+def _best(x: Float[Array, "n k b"], score: Float[Array, "k b"], kept: int) -> Float[Array, "n {kept} b"]:
+    _, order = lax.top_k(score.T, kept)
+    return jnp.take_along_axis(x, order.T[None], axis=1)
 
 
-def _best_of_seeds(distance, here: refinement.Match, shape) -> tuple[Direction, Direction]:
-    split = lambda x: x.reshape(*x.shape[:-1], *shape)  # noqa: E731
-    top = jnp.argmin(split(distance), axis=1, keepdims=True)
-    pick = lambda x: jnp.take_along_axis(split(x), top.reshape((1,) * (x.ndim - 1) + top.shape), axis=-2)[..., 0, :]  # noqa: E731
-    distance, rotation, warp = pick(distance), pick(here.rotation), pick(here.gamma)
-    forth, back = (Direction(distance[i], rotation[:, :, i], warp[:, i]) for i in range(2))
-    return forth, back
+def _refined(
+    t1: Int[Array, "d t b"], t2: Int[Array, "d t b"], gamma: Float[Array, "nodes k b"], stages: tuple[Stage, ...]
+) -> tuple[Float[Array, "knots b"], Float[Array, "d d b"]]:
+    """The best alignment as a path, after all stages, and its rotation."""
+    nodes, kept, pairs = gamma.shape
+    u = warps.to_path(gamma.reshape(nodes, -1), stages[0].knots if stages else nodes - 1)
+    score = jnp.zeros((kept, pairs), u.dtype)
+    for stage in stages:
+        u = _best(u.reshape(-1, kept, pairs), score, stage.kept).reshape(u.shape[0], -1)
+        kept = stage.kept
+        many1, many2 = (jnp.tile(t, kept) for t in (t1, t2))
+        u, score = refine(many1, many2, warps.resampled(u, stage.knots), stage.steps, stage.nodes)
+        score = score.reshape(kept, pairs)
+    u = _best(u.reshape(-1, kept, pairs), score, 1)[:, 0]
+    return u, rotation_of(t1, t2, u, stages[-1].nodes if stages else 2)
 
 
-def _agreed(forth: Direction, back: Direction, ends1, ends2) -> tuple[Direction, Direction]:
+def _side(
+    arcs: Float[Array, "m+1 l"], own: Int[Array, "d t l"], other: Int[Array, "d t l"], rotation, nodes: int
+) -> _Side:
+    return _Side(arcs, _unit(once(value_at, _between(arcs, nodes), own)), other, rotation)
+
+
+def _between(x: Float[Array, "m+1 l"], nodes: int) -> Float[Array, "k l"]:
+    """Midpoints of equal pieces of each interval: those of all first pieces, then of all second ones."""
+    rise = x[1:] - x[:-1]
+    return jnp.concatenate([x[:-1] + rise * ((i + 0.5) / nodes) for i in range(nodes)])
+
+
+def _unit(q: Float[Array, "d n l"]) -> Float[Array, "d n l"]:
+    return q * lax.rsqrt(jnp.maximum(dot(q, q), 1e-12))[None]
+
+
+def _read(u: Float[Array, "k l"], side: _Side) -> Reading:
+    warp = warps.from_path(u, side.arcs)
+    return Reading(_distance(side, warp), side.rotation, warp)
+
+
+def _distance(side: _Side, warp: Float[Array, "m+1 l"]) -> Float[Array, " l"]:
+    """Angle between `q1` and `R q2(gamma) sqrt(gamma')`, for gamma linear between the arcs; midpoint rule.
+
+    Through the chord, `2 arcsin(|u - v| / 2)`: precise near 0, where the arc cosine of a rounded cosine is not.
+    """
+    step1, step2 = (jnp.maximum(jnp.diff(x, axis=0), 0) for x in (side.arcs, warp))
+    nodes = side.own.shape[1] // len(step1)
+    q2 = _unit(once(value_at, _between(warp, nodes), side.other))
+    apart = side.own - rotate(side.rotation[:, :, None], q2)
+    root1, root2 = jnp.sqrt(step1), jnp.sqrt(step2)
+    gap = dot(apart, apart).reshape(nodes, *step1.shape)
+    square = (root1 - root2) ** 2 + root1 * root2 * (ft.reduce(add, gap) / nodes)
+    chord = jnp.sqrt(mean_rows(square) * len(square))
+    return 2 * jnp.arcsin(jnp.minimum(chord / 2, 1))
+
+
+def _agreed(forth: Reading, back: Reading, side1: _Side, side2: _Side) -> tuple[Reading, Reading]:
     """Make the two readings one alignment, of one distance.
 
-    Where curve2 skips a piece of curve1, `n` samples on curve1 hold the skip exactly, and those on curve2 spend an
-    interval on it: the readings differ by a few hundredths. Both can hold the larger distance. The better one moves
-    towards the inverse of the other until it is there: false position and bisection, halfway between the two.
+    A reading spends one of its intervals on every piece of the other curve that the path skips, so they differ a
+    little. Both can hold the larger distance: the better one gives up a little of its warp, by false position, until it
+    is there.
     """
     lead = forth.distance < back.distance
     choose = lambda a, b: jnp.where(lead.reshape((1,) * (a.ndim - 1) + (-1,)), a, b)  # noqa: E731
     better, worse = jax.tree.map(choose, forth, back), jax.tree.map(choose, back, forth)
-    q1, table = jax.tree.map(choose, ends1, ends2)
-    inverse = warps.invert(worse.warp)
-    inverse = inverse + jnp.round(jnp.mean(better.warp - inverse, axis=0, keepdims=True))
-    at = lambda share: refinement.match(q1, table, better.warp + share[None] * (inverse - better.warp))  # noqa: E731
+    side = jax.tree.map(choose, side1, side2)
+    plain = side.arcs + mean_rows(better.warp - side.arcs)[None]
+    at = lambda share: better.warp + share[None] ** 2 * (plain - better.warp)  # noqa: E731
+    share = _false_position(lambda s: _distance(side, at(s)), better.distance, worse.distance)
+    agreed = Reading(worse.distance, better.rotation, at(share))
+    return jax.tree.map(choose, agreed, worse), jax.tree.map(choose, worse, agreed)
 
-    target = worse.distance
-    line = lambda low, high, below, above: low + (high - low) * _share(target - below, above - below)  # noqa: E731
+
+def _false_position(
+    reached: Callable[[Float[Array, " l"]], Float[Array, " l"]], least: Float[Array, " l"], target: Float[Array, " l"]
+) -> Float[Array, " l"]:
+    """Where in [0, 1] a function that is `least` at 0 comes to `target`; halfway between the secant and bisection."""
+
+    def line(low, high, below, above):
+        rise = above - below
+        share = jnp.where(rise > 0, jnp.clip((target - below) / jnp.where(rise > 0, rise, 1), 0, 1), 0.5)
+        return low + (high - low) * share
 
     def narrow(_, bracket):
         low, high, below, above = bracket
         middle = (line(*bracket) + (low + high) / 2) / 2
-        reached = refinement.distance(q1, at(middle))
-        short = reached < target
+        value = reached(middle)
+        short = value < target
         keep = lambda new, old: jnp.where(short, new, old)  # noqa: E731
-        return keep(middle, low), keep(high, middle), keep(reached, below), keep(above, reached)
+        return keep(middle, low), jnp.where(short, high, middle), keep(value, below), jnp.where(short, above, value)
 
     zero = jnp.zeros_like(target)
-    bracket = (zero, zero + 1, better.distance, refinement.distance(q1, at(zero + 1)))
-    here = at(line(*lax.fori_loop(0, _AGREEMENT_STEPS, narrow, bracket)))
-    agreed = Direction(worse.distance, here.rotation, here.gamma)
-    return jax.tree.map(choose, agreed, worse), jax.tree.map(choose, worse, agreed)
-
-
-def _share(part: Float[Array, " l"], whole: Float[Array, " l"]) -> Float[Array, " l"]:
-    """`part / whole` in [0, 1]; 1/2 where the whole is nothing."""
-    return jnp.where(whole > 0, jnp.clip(part / jnp.where(whole > 0, whole, 1), 0, 1), 0.5)
-
-
-def _sides(first: Representative, second: Representative, nodes: int):
-    """What refinement onto `first` needs: its SRVF at the nodes, the other's table, and the parameters' maps."""
-    b, d, size = first.field.shape
-    q1 = first.field[..., 1::2].reshape(b, d, size // (2 * nodes), nodes)
-    return q1, second.field, first.arcs, second.times
-
-
-def _to_parameter(gamma, arcs: Float[Array, "nodes l"], times: Float[Array, "grid_nodes l"]) -> Float[Array, "nodes l"]:
-    """A warp between arc lengths, as one from the samples of the first curve to the parameter of the second."""
-    return warps.evaluate(times, gamma(arcs))
+    return line(*lax.fori_loop(0, _AGREEMENT_STEPS, narrow, (zero, zero + 1, least, reached(zero + 1))))

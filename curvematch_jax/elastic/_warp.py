@@ -1,68 +1,91 @@
 """Warps of the circle, lifted to the line: `gamma(t + 1) = gamma(t) + 1`, sampled at `k/n`, lanes last.
 
 A warp is piecewise linear between its samples. `gamma[n] = gamma[0] + 1`, and `gamma[0]` is the start point.
+A path, `(tau - u(tau), tau + u(tau))` with periodic u, is a warp and its inverse at once.
 """
 
 import jax
 import jax.numpy as jnp
+import numpy as np
+from jax import lax
 from jaxtyping import Array, Float
 
+_BLOCK = 16  # pieces to one fused loop
 
-def interpolate_monotone(
+
+def interpolate(
     x: Float[Array, "k l"], nodes: Float[Array, "nodes l"], values: Float[Array, "nodes l"]
 ) -> Float[Array, "k l"]:
-    """The lift through `(nodes, values)`, both growing by 1 over the whole, at any real x."""
+    """The lift through `(nodes, values)`, both growing by 1 over the whole, at any real x.
 
-    def lane(x, nodes, values):
-        turns = jnp.floor(x - nodes[0])
-        return jnp.interp(x - turns, nodes, values) + turns
+    A sum of ramps, one for each piece: on whole rows it is faster than a search for the piece of every x.
+    """
+    turns = jnp.floor(x - nodes[:1])
+    x = x - turns
+    run, rise = jnp.diff(nodes, axis=0), jnp.diff(values, axis=0)
+    slope = jnp.where(run > 0, rise / jnp.where(run > 0, run, 1), 0)
 
-    return jax.vmap(lane, in_axes=1, out_axes=1)(x, nodes, values)
+    def add_block(total, block):
+        low, run, slope = block
+        for start, length, steepness in zip(low, run, slope, strict=True):
+            total = total + jnp.clip(x - start, 0, length) * steepness
+        return total, None
+
+    size = min(_BLOCK, run.shape[0])
+    pad = -run.shape[0] % size
+    blocks = [jnp.pad(v, ((0, pad), (0, 0))).reshape(-1, size, v.shape[1]) for v in (nodes[:-1], run, slope)]
+    total, _ = lax.scan(add_block, jnp.broadcast_to(values[:1], x.shape), tuple(blocks))
+    return total + turns
+
+
+def to_path(gamma: Float[Array, "nodes l"], knots: int) -> Float[Array, "{knots} l"]:
+    """The warp as a path `(tau - u, tau + u)`: u at `k/knots`."""
+    n = gamma.shape[0] - 1
+    grid = jnp.arange(n + 1, dtype=gamma.dtype)[:, None] / n
+    times = jnp.broadcast_to(jnp.arange(knots, dtype=gamma.dtype)[:, None] / knots, (knots, gamma.shape[1]))
+    return interpolate(times, (grid + gamma) / 2, gamma) - times
+
+
+def from_path(u: Float[Array, "k l"], x: Float[Array, "nodes l"]) -> Float[Array, "nodes l"]:
+    """The warp of a path, at x from 0 to 1."""
+    knots = u.shape[0]
+    time = jnp.arange(knots + 1, dtype=u.dtype)[:, None] / knots
+    u = jnp.concatenate([u, u[:1]])
+    return interpolate(x, time - u, time + u)
+
+
+def resampled(u: Float[Array, "k l"], knots: int) -> Float[Array, "{knots} l"]:
+    """The same path with another number of knots, by linear interpolation."""
+    old = u.shape[0]
+    if knots == old:
+        return u
+    place = np.arange(knots) * (old / knots)
+    low = place.astype(int)
+    weights = np.zeros((knots, old))
+    weights[np.arange(knots), low] = 1 - (place - low)
+    weights[np.arange(knots), (low + 1) % old] += place - low
+    return jnp.matmul(jnp.asarray(weights, u.dtype), u, precision="highest")
 
 
 def evaluate(gamma: Float[Array, "nodes l"], x: Float[Array, "k l"]) -> Float[Array, "k l"]:
-    """`gamma(x)` at any real x."""
+    """`gamma(x)` at any real x, for gamma given at `k/n`."""
     n = gamma.shape[0] - 1
     turns = jnp.floor(x)
     position = (x - turns) * n
     index = jnp.clip(position.astype(jnp.int32), 0, n - 1)
-    left = jnp.take_along_axis(gamma, index, axis=0)
-    right = jnp.take_along_axis(gamma, index + 1, axis=0)
+    left = jnp.take_along_axis(gamma, index, axis=0, mode="promise_in_bounds")
+    right = jnp.take_along_axis(gamma, index + 1, axis=0, mode="promise_in_bounds")
     return left + (right - left) * (position - index.astype(x.dtype)) + turns
-
-
-def invert(gamma: Float[Array, "nodes l"]) -> Float[Array, "nodes l"]:
-    """The inverse warp at `k/n`."""
-    grid = nodes_like(gamma)
-    return interpolate_monotone(grid, gamma, grid)
-
-
-def nodes_like(gamma: Float[Array, "nodes l"]) -> Float[Array, "nodes l"]:
-    """The identity warp, `k/n`, on as many lanes."""
-    n = gamma.shape[0] - 1
-    return jnp.broadcast_to(jnp.arange(n + 1, dtype=gamma.dtype)[:, None] / n, gamma.shape)
-
-
-def strictly_increasing(gamma: Float[Array, "nodes l"], least: float) -> Float[Array, "nodes l"]:
-    """The warp with every slope at least about `least`, and its ends one turn apart."""
-    n = gamma.shape[0] - 1
-    return from_increments(gamma[0], jnp.maximum(jnp.diff(gamma, axis=0), least / n))
-
-
-def from_increments(start: Float[Array, " l"], increments: Float[Array, "n l"]) -> Float[Array, "n+1 l"]:
-    """The warp from its start point and increments, which are scaled to add up to 1."""
-    total = jnp.cumsum(increments, axis=0)
-    return start[None] + jnp.concatenate([jnp.zeros_like(total[:1]), total / total[-1:]])
 
 
 def act(q: Float[Array, "d n l"], gamma: Float[Array, "n+1 l"]) -> Float[Array, "d n l"]:
     """The group action `(q, gamma) -> q(gamma) sqrt(gamma')` on the grid `k/n`, by linear interpolation."""
     n = q.shape[1]
-    position = gamma[:-1] * n
-    floor = jnp.floor(position)
-    index = (floor.astype(jnp.int32) % n)[None]
-    left = jnp.take_along_axis(q, index, axis=1)
-    right = jnp.take_along_axis(q, (index + 1) % n, axis=1)
+    position = (gamma[:-1] - jnp.floor(gamma[:-1])) * n
+    index = jnp.minimum(position.astype(jnp.int32), n - 1)
+    share = position - index.astype(gamma.dtype)
+    take = lambda at: jnp.take_along_axis(q, at[None], axis=1, mode="promise_in_bounds")  # noqa: E731
+    left, right = take(index), take(jnp.where(index == n - 1, 0, index + 1))
     slope = jnp.diff(gamma, axis=0) * n
     centred = jnp.maximum((slope + jnp.roll(slope, 1, axis=0)) / 2, 0)
-    return (left + (right - left) * (position - floor)[None]) * jnp.sqrt(centred)[None]
+    return (left + (right - left) * share[None]) * jnp.sqrt(centred)[None]
