@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-_LEAST = {"grid": 8, "seeds": 1, "slope": 0, "passes": 1, "table": 1, "fineness": 1, "nodes": 1, "chunk": 1}
+_LEAST = {"grid": 8, "seeds": 1, "slope": 0, "passes": 1, "table": 1, "fineness": 1, "chunk": 1}
 _LEAST_OF_STAGE = {"kept": 1, "steps": 0, "knots": 8, "nodes": 1}
 
 
@@ -49,7 +49,6 @@ class Aligner:
         table: tangents tabulated to a sample of the grid; refinement interpolates between them.
         fineness: samples of the resulting warp to a sample of the curve. A warp that skips a piece of curve2 spends
             one of its intervals on it, and the curve does not pass there: coarse warps cannot hold good alignments.
-        nodes: of quadrature to an interval of the warp, for the distance that it achieves.
         chunk: pairs computed at once.
     """
 
@@ -61,7 +60,6 @@ class Aligner:
     stages: tuple[Stage, ...] = (Stage(kept=3, steps=2, knots=64), Stage(kept=1, steps=8, knots=64))
     table: int = 8
     fineness: int = 8
-    nodes: int = 1
     chunk: int = 64
 
     def __post_init__(self) -> None:
@@ -83,7 +81,7 @@ class Aligner:
     def accurate(cls) -> "Aligner":
         """The best alignment known, at about a twentieth of the speed."""
         stages = Stage(24, 3, 48), Stage(6, 8, 96), Stage(1, 16, 256)
-        return cls(seeds=24, passes=3, stages=stages, table=12, nodes=2, chunk=32)
+        return cls(seeds=24, passes=3, stages=stages, table=12, chunk=32)
 
     @classmethod
     def rigid(cls) -> "Aligner":

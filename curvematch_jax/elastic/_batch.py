@@ -135,7 +135,7 @@ def _represented(curves: np.ndarray, aligner: Aligner) -> Representative:
         jax.tree.map(np.asarray, _represent_chunk(aligner, chunks.padded(curves[s : s + size], size)))
         for s in range(0, len(curves), size)
     ]
-    return jax.tree.map(lambda *tables: np.concatenate(tables)[: len(curves)], *parts)._replace(times=None)
+    return jax.tree.map(lambda *tables: np.concatenate(tables)[: len(curves)], *parts)
 
 
 _represent_chunk = jax.jit(represent_for, static_argnums=0)

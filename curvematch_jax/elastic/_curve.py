@@ -72,7 +72,7 @@ class Representative(NamedTuple):
 
     tangents: Float[Array, "*b d t"]  # unit tangents at equal arc lengths: the SRVF of the arc-length representative
     arcs: Float[Array, "*b m+1"]  # arc length at equal parameters, 0 to 1
-    times: Float[Array, "*b t+1"] | None  # parameter at equal arc lengths, 0 to 1; needed for warps alone
+    times: Float[Array, "*b t+1"]  # parameter at equal arc lengths, 0 to 1
 
 
 def represent(curve: Float[Array, "*b d n"], tangents: int, fineness: int) -> Representative:

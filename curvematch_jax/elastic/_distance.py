@@ -45,8 +45,8 @@ def alignment_distance(
     """The distance, in radians, that a rotation `(*b, d, d)` and a warp `(*b, m + 1)` of any m achieve.
 
     It is what an `Alignment` certifies: the angle between `q1` and `R q2(gamma) sqrt(gamma')`, with the trigonometric
-    interpolants of the curves, gamma linear between its samples, and the midpoint rule on pieces of its intervals, 32 or
-    more to a sample of the curve.
+    interpolants of the curves, gamma linear between its samples, and the midpoint rule on pieces of its intervals, at
+    least 32 to a sample of the curve.
     """
     curve1, curve2 = as_curves("curve1", curve1), as_curves("curve2", curve2)
     check_pair(curve1, curve2)

@@ -12,7 +12,6 @@ import functools as ft
 import math
 
 import jax.numpy as jnp
-import numpy as np
 from jax import lax
 from jaxtyping import Array, Float, Int
 

@@ -2,7 +2,6 @@
 
 import functools as ft
 from collections.abc import Callable
-from operator import add
 from typing import NamedTuple
 
 import jax
@@ -18,9 +17,10 @@ from ._lanes import dot, frobenius, mean_rows, once
 from ._refine import refine, rotation_of
 from ._rotation import best_rotation, covariance, rotate, rotation_gain
 from ._start import find_starts, peak_shift, shift_covariances
-from ._table import pack, value_at
+from ._table import pack, position_at, positions
 
 _AGREEMENT_STEPS = 3
+_ROUNDING = 1e-3  # of the straightness of an arc
 
 
 class Reading(NamedTuple):
@@ -31,12 +31,20 @@ class Reading(NamedTuple):
     warp: Float[Array, "m+1 l"]
 
 
+class _Curve(NamedTuple):
+    """One curve's tables, lanes last."""
+
+    tangents: Int[Array, "d t l"]  # packed
+    positions: Float[Array, "d t l"]
+    arcs: Float[Array, "m+1 l"]
+
+
 class _Side(NamedTuple):
     """A curve and the one that is laid onto it."""
 
     arcs: Float[Array, "m+1 l"]
-    own: Float[Array, "d k l"]  # the curve's unit tangents at the nodes between the arcs
-    other: Int[Array, "d t l"]
+    chords: Float[Array, "d m l"]  # of the curve, between the arcs
+    other: _Curve
     rotation: Float[Array, "d d l"]
 
 
@@ -45,11 +53,20 @@ def solve(first: Representative, second: Representative, aligner: Aligner) -> tu
     if aligner.slope == 0:
         return _rigid(first, second, aligner.table)
     gamma = _search(first, second, aligner)
-    t1, t2 = pack(_lanes(first.tangents)), pack(_lanes(second.tangents))
-    u, rotation = _refined(t1, t2, gamma, aligner.stages)
-    forth = _side(_lanes(first.arcs), t1, t2, rotation, aligner.nodes)
-    back = _side(_lanes(second.arcs), t2, t1, jnp.swapaxes(rotation, 0, 1), aligner.nodes)
+    one, two = _tables(first), _tables(second)
+    u, rotation = _refined(one.tangents, two.tangents, gamma, aligner.stages)
+    forth = _Side(one.arcs, _chords(one.arcs, one), two, rotation)
+    back = _Side(two.arcs, _chords(two.arcs, two), one, jnp.swapaxes(rotation, 0, 1))
     return _agreed(_read(u, forth), _read(-u, back), forth, back)
+
+
+def _tables(curve: Representative) -> _Curve:
+    tangents = _lanes(curve.tangents)
+    return _Curve(pack(tangents), positions(tangents), _lanes(curve.arcs))
+
+
+def _chords(x: Float[Array, "m+1 l"], curve: _Curve) -> Float[Array, "d m l"]:
+    return jnp.diff(once(position_at, x, curve.tangents, curve.positions), axis=1)
 
 
 def _lanes(array: Float[Array, "b ..."]) -> Float[Array, "..."]:
@@ -67,7 +84,7 @@ def _rigid(first: Representative, second: Representative, table: int) -> tuple[R
 
 
 def _search(first: Representative, second: Representative, aligner: Aligner) -> Float[Array, "nodes k b"]:
-    """Warps between arc lengths, best first: the best path from each start, its rotation solved again between passes."""
+    """Warps between arc lengths, best first: the best path from each start, its rotation solved before each pass."""
     t1, t2 = first.tangents[..., :: aligner.table], second.tangents[..., :: aligner.table]
     n, pairs = aligner.grid, t1.shape[0]
     shift, c = find_starts(shift_covariances(t1, t2), aligner.seeds)
@@ -109,41 +126,33 @@ def _refined(
     return u, rotation_of(t1, t2, u, stages[-1].nodes if stages else 2)
 
 
-def _side(
-    arcs: Float[Array, "m+1 l"], own: Int[Array, "d t l"], other: Int[Array, "d t l"], rotation, nodes: int
-) -> _Side:
-    return _Side(arcs, _unit(once(value_at, _between(arcs, nodes), own)), other, rotation)
-
-
-def _between(x: Float[Array, "m+1 l"], nodes: int) -> Float[Array, "k l"]:
-    """Midpoints of equal pieces of each interval: those of all first pieces, then of all second ones."""
-    rise = x[1:] - x[:-1]
-    return jnp.concatenate([x[:-1] + rise * ((i + 0.5) / nodes) for i in range(nodes)])
-
-
-def _unit(q: Float[Array, "d n l"]) -> Float[Array, "d n l"]:
-    return q * lax.rsqrt(jnp.maximum(dot(q, q), 1e-12))[None]
-
-
 def _read(u: Float[Array, "k l"], side: _Side) -> Reading:
     warp = warps.from_path(u, side.arcs)
     return Reading(_distance(side, warp), side.rotation, warp)
 
 
 def _distance(side: _Side, warp: Float[Array, "m+1 l"]) -> Float[Array, " l"]:
-    """Angle between `q1` and `R q2(gamma) sqrt(gamma')`, for gamma linear between the arcs; midpoint rule.
+    """Angle between `q1` and `R q2(gamma) sqrt(gamma')`, for gamma linear between the arcs.
 
-    Through the chord, `2 arcsin(|u - v| / 2)`: precise near 0, where the arc cosine of a rounded cosine is not.
+    An interval of lengths a and b adds `sqrt(a b)` times the mean of `<q1, R q2>`. That is the cosine between the
+    curves' chords, also where gamma races along curve2: there it is times the share that the chord is of the arc.
+    Through the distance on the sphere, `2 arcsin(|u - v| / 2)`: precise near 0, where a rounded cosine is not.
     """
-    step1, step2 = (jnp.maximum(jnp.diff(x, axis=0), 0) for x in (side.arcs, warp))
-    nodes = side.own.shape[1] // len(step1)
-    q2 = _unit(once(value_at, _between(warp, nodes), side.other))
-    apart = side.own - rotate(side.rotation[:, :, None], q2)
-    root1, root2 = jnp.sqrt(step1), jnp.sqrt(step2)
-    gap = dot(apart, apart).reshape(nodes, *step1.shape)
-    square = (root1 - root2) ** 2 + root1 * root2 * (ft.reduce(add, gap) / nodes)
+    a, b = (jnp.maximum(jnp.diff(x, axis=0), 0) for x in (side.arcs, warp))
+    direction1, straight1 = _polar(side.chords, a)
+    direction2, straight2 = _polar(_chords(warp, side.other), b)
+    apart = direction1 - rotate(side.rotation[:, :, None], direction2)
+    bent = jnp.maximum(jnp.abs(straight1 - straight2) - _ROUNDING, 0)
+    root1, root2 = jnp.sqrt(a), jnp.sqrt(b)
+    square = (root1 - root2) ** 2 + root1 * root2 * ((1 - bent) * dot(apart, apart) + 2 * bent)
     chord = jnp.sqrt(mean_rows(square) * len(square))
     return 2 * jnp.arcsin(jnp.minimum(chord / 2, 1))
+
+
+def _polar(chords: Float[Array, "d m l"], arcs: Float[Array, "m l"]):
+    """Unit directions of chords, and how straight their arcs are: 1 for a segment, 0 for a loop."""
+    size = jnp.sqrt(jnp.maximum(dot(chords, chords), 1e-24))
+    return chords / size[None], jnp.minimum(size / jnp.maximum(arcs, 1e-12), 1)
 
 
 def _agreed(forth: Reading, back: Reading, side1: _Side, side2: _Side) -> tuple[Reading, Reading]:

@@ -1,4 +1,4 @@
-"""Periodic tables of unit vectors, packed: a value and its rise to the next one in one integer, lanes last.
+"""Periodic tables of unit tangents, packed: a value and its rise to the next one in one integer, lanes last.
 
 Looking up is what refinement spends most of its time on, and what costs there is the number of reads from memory:
 packing halves them. Half of a float's bits each resolve a component to 3e-5 (float32) or 5e-10 (float64).
@@ -7,6 +7,8 @@ packing halves them. Half of a float's bits each resolve a component to 3e-5 (fl
 import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float, Int
+
+from ._lanes import cumulative, mean_rows
 
 
 def pack(values: Float[Array, "d t l"]) -> Int[Array, "d t l"]:
@@ -24,6 +26,23 @@ def value_at(x: Float[Array, "k l"], table: Int[Array, "d t l"]) -> Float[Array,
     """Linear interpolation along the middle axis, at x in turns."""
     left, rise, share = _around(x, table)
     return left + rise * share[None]
+
+
+def positions(tangents: Float[Array, "d t l"]) -> Float[Array, "d t l"]:
+    """Where the curve of these tangents is, at equal arc lengths: their integral, closed, by the trapezoidal rule."""
+    step = (tangents + jnp.roll(tangents, -1, axis=1)) / 2
+    step = step - mean_rows(step)[:, None]
+    return cumulative(step) / tangents.shape[1]
+
+
+def position_at(
+    x: Float[Array, "k l"], tangents: Int[Array, "d t l"], positions: Float[Array, "d t l"]
+) -> Float[Array, "d k l"]:
+    """The curve at arc length x, for tangents linear between those in the table."""
+    left, rise, share = _around(x, tangents)
+    index = jnp.minimum((x - jnp.floor(x)) * tangents.shape[1], tangents.shape[1] - 1).astype(jnp.int32)
+    start = jnp.stack([jnp.take_along_axis(row, index, axis=0, mode="promise_in_bounds") for row in positions])
+    return start + (left + rise * (share / 2)[None]) * (share / tangents.shape[1])[None]
 
 
 def look_up(x: Float[Array, "k l"], table: Int[Array, "d t l"]) -> tuple[Float[Array, "d k l"], Float[Array, "d k l"]]:

@@ -4,7 +4,6 @@ A warp is piecewise linear between its samples. `gamma[n] = gamma[0] + 1`, and `
 A path, `(tau - u(tau), tau + u(tau))` with periodic u, is a warp and its inverse at once.
 """
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
