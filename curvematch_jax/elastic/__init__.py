@@ -5,8 +5,8 @@ from ._aligner import Aligner, Stage
 from ._batch import distance_matrix, pair_distances
 from ._curve import centre, length, resample
 from ._distance import alignment_distance, elastic_distance
-from ._geodesic import Geodesic, aligned_srvf, geodesic
-from ._preshape import project_closed
+from ._geodesic import Geodesic, aligned_srvf, geodesic, log_map
+from ._preshape import exp_map, parallel_transport, project_closed
 from ._srvf import to_curve, to_srvf
 
 __all__ = [
@@ -20,9 +20,12 @@ __all__ = [
     "centre",
     "distance_matrix",
     "elastic_distance",
+    "exp_map",
     "geodesic",
     "length",
+    "log_map",
     "pair_distances",
+    "parallel_transport",
     "project_closed",
     "resample",
     "to_curve",

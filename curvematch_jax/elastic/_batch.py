@@ -1,7 +1,7 @@
 """Distances of very many pairs: matrices, and lists of pairs."""
 
 import functools as ft
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 import jax
@@ -10,11 +10,12 @@ from jaxtyping import ArrayLike
 
 from .._progress import Progress, reporter
 from . import _chunks as chunks
-from ._align import read, represent_for
+from ._align import align_chunk, read, represent_for
 from ._aligner import Aligner
 from ._check import as_curves, check_pair
 from ._curve import Representative
 from ._distinct import distinct
+from ._kind import check_kind, length_between
 
 
 class _Pairs(NamedTuple):
@@ -24,20 +25,26 @@ class _Pairs(NamedTuple):
 
 
 def distance_matrix(
-    a: ArrayLike, b: ArrayLike | None = None, aligner: Aligner | None = None, progress: Progress = False
+    a: ArrayLike,
+    b: ArrayLike | None = None,
+    aligner: Aligner | None = None,
+    progress: Progress = False,
+    kind: str = "arc",
 ) -> np.ndarray:
     """Elastic distances `(A, B)`, in radians, of all pairs of closed curves `(A, d, n)` and `(B, d, n)`.
 
     Without `b`, of `a` with itself, each pair computed once. Memory beyond the result is the curves' tables (about
-    60 n bytes a curve in float32) and a few chunks, however many pairs there are.
+    9 KB a curve of 100 samples in float32) and a few chunks, however many pairs there are.
 
     Args:
         aligner: `Aligner.fast()` unless given.
         progress: False, True for a bar on stderr, or a function of (done, total).
+        kind: which distance, as in `elastic_distance`.
 
     Raises:
-        ValueError: as `align`.
+        ValueError: as `align`, and for an unknown kind.
     """
+    check_kind(kind)
     aligner = Aligner.fast() if aligner is None else aligner
     first = _curves("a", a)
     second = first if b is None else _curves("b", b)
@@ -47,7 +54,7 @@ def distance_matrix(
         total, pairs = len(first) * (len(first) - 1) // 2, _triangle(len(first), aligner.chunk)
     else:
         total, pairs = result.size, _rectangle(*result.shape, aligner.chunk)
-    for part, values in _distances(first, second, pairs, total, aligner, progress):
+    for part, values in _distances(first, second, pairs, total, aligner, progress, kind):
         result[part.rows, part.columns] = values
         if b is None:
             result[part.columns, part.rows] = values
@@ -60,12 +67,14 @@ def pair_distances(
     pairs: ArrayLike,
     aligner: Aligner | None = None,
     progress: Progress = False,
+    kind: str = "arc",
 ) -> np.ndarray:
     """Elastic distances `(P,)`, in radians, of the pairs `a[i], b[j]` that the rows of `pairs`, `(P, 2)`, list.
 
     As `distance_matrix`, for some of its entries. Raises `ValueError` as `align`, `IndexError` for an index that points
     outside of the curves.
     """
+    check_kind(kind)
     aligner = Aligner.fast() if aligner is None else aligner
     first = _curves("a", a)
     second = first if b is a else _curves("b", b)
@@ -80,7 +89,7 @@ def pair_distances(
         _Pairs(pairs[start : start + aligner.chunk, 0], pairs[start : start + aligner.chunk, 1], start)
         for start in range(0, len(pairs), aligner.chunk)
     )
-    for part, values in _distances(first, second, listed, len(pairs), aligner, progress):
+    for part, values in _distances(first, second, listed, len(pairs), aligner, progress, kind):
         result[part.place : part.place + len(values)] = values
     return result
 
@@ -108,24 +117,43 @@ def _rectangle(rows: int, columns: int, size: int) -> Iterator[_Pairs]:
 
 
 def _distances(
-    first: np.ndarray, second: np.ndarray, pairs: Iterable[_Pairs], total: int, aligner: Aligner, progress: Progress
+    first: np.ndarray,
+    second: np.ndarray,
+    pairs: Iterable[_Pairs],
+    total: int,
+    aligner: Aligner,
+    progress: Progress,
+    kind: str,
 ) -> Iterator[tuple[_Pairs, np.ndarray]]:
     if total == 0:
         return
     report = reporter(progress, "aligning", "pairs")
-    tables1 = _represented(first, aligner)
-    tables2 = tables1 if second is first else _represented(second, aligner)
-
-    def compute(part: _Pairs):
-        rows, columns = (chunks.padded(index, aligner.chunk) for index in (part.rows, part.columns))
-        take = lambda tables, index: jax.tree.map(lambda table: table[index], tables)  # noqa: E731
-        return _distance_chunk(take(tables1, rows), take(tables2, columns), aligner)
-
+    compute = _of_tables(first, second, aligner) if kind == "arc" else _of_curves(first, second, aligner, kind)
     done = 0
     for part, values in chunks.run(compute, pairs):
         done += len(part.rows)
         report(done, total)
         yield part, values[: len(part.rows)]
+
+
+def _of_tables(first: np.ndarray, second: np.ndarray, aligner: Aligner) -> Callable[[_Pairs], jax.Array]:
+    tables1 = _represented(first, aligner)
+    tables2 = tables1 if second is first else _represented(second, aligner)
+    take = lambda tables, index: jax.tree.map(lambda table: table[index], tables)  # noqa: E731
+
+    def compute(part: _Pairs) -> jax.Array:
+        rows, columns = (chunks.padded(index, aligner.chunk) for index in (part.rows, part.columns))
+        return _distance_chunk(take(tables1, rows), take(tables2, columns), aligner)
+
+    return compute
+
+
+def _of_curves(first: np.ndarray, second: np.ndarray, aligner: Aligner, kind: str) -> Callable[[_Pairs], jax.Array]:
+    def compute(part: _Pairs) -> jax.Array:
+        rows, columns = (chunks.padded(index, aligner.chunk) for index in (part.rows, part.columns))
+        return _length_chunk(first[rows], second[columns], aligner, kind)
+
+    return compute
 
 
 def _represented(curves: np.ndarray, aligner: Aligner) -> Representative:
@@ -144,3 +172,9 @@ _represent_chunk = jax.jit(represent_for, static_argnums=0)
 @ft.partial(jax.jit, static_argnames="aligner")
 def _distance_chunk(first: Representative, second: Representative, aligner: Aligner):
     return read(first, second, aligner).distance
+
+
+@ft.partial(jax.jit, static_argnames=("aligner", "kind"))
+def _length_chunk(curve1, curve2, aligner: Aligner, kind: str):
+    found = align_chunk(curve1, curve2, aligner)
+    return length_between(curve1, curve2, found.rotation, found.warp, kind)

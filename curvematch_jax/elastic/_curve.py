@@ -25,6 +25,14 @@ def velocity(curve: Float[Array, "*b d n"], m: int) -> Float[Array, "*b d m"]:
     return jnp.fft.irfft(spectrum, n=m, axis=-1).astype(curve.dtype)
 
 
+def oversampled(curve: Float[Array, "*b d n"], m: int) -> Float[Array, "*b d m"]:
+    """The trigonometric interpolant at `k/m`, `m >= n`, without the alternating mode of even n."""
+    n = curve.shape[-1]
+    kept = (np.arange(n // 2 + 1) < n / 2).reshape((1,) * (curve.ndim - 1) + (-1,))
+    spectrum = jnp.fft.rfft(curve, axis=-1)
+    return jnp.fft.irfft(jnp.where(kept, spectrum, 0) * (m / n), n=m, axis=-1).astype(curve.dtype)
+
+
 def norm(field: Float[Array, "*b d n"]) -> Float[Array, "*b n"]:
     """Pointwise Euclidean norm over the components, with derivative 0 where it vanishes."""
     square = jnp.sum(field * field, axis=-2)
@@ -117,7 +125,7 @@ def _from_zero(steps: Float[Array, "*b m"]) -> Float[Array, "*b m+1"]:
     return arcs / jnp.where(arcs[..., -1:] > 0, arcs[..., -1:], 1)
 
 
-def _refined_arcs(arcs: Float[Array, "*b m+1"], speed: Float[Array, "*b m"], fineness: int) -> Float[Array, "*b k+1"]:
+def _refined_arcs(arcs: Float[Array, "*b nodes"], speed: Float[Array, "*b m"], fineness: int) -> Float[Array, "*b k"]:
     """Arc length at `fineness` parameters to a sample of the curve: the speed is linear between its own samples."""
     if fineness <= _OVERSAMPLING and _OVERSAMPLING % fineness == 0:
         return arcs[..., :: _OVERSAMPLING // fineness]
@@ -138,5 +146,6 @@ def _times(arcs: Float[Array, "*b nodes"], n: int) -> Float[Array, "*b {n}+1"]:
     after = jnp.clip(jnp.cumsum(counts, axis=-1), 1, last).reshape(*arcs.shape[:-1], n + 1)
     low = jnp.take_along_axis(arcs, after - 1, axis=-1)
     run = jnp.take_along_axis(arcs, after, axis=-1) - low
+    target = target.reshape((1,) * (arcs.ndim - 1) + (-1,))
     share = jnp.clip((target - low) / jnp.where(run > 0, run, 1), 0, 1)
     return ((after - 1).astype(arcs.dtype) + share) / last

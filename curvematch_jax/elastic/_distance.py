@@ -10,12 +10,15 @@ from ._align import align
 from ._aligner import Aligner
 from ._check import as_curves, check_pair, traced
 from ._curve import interpolate, srvf_of, velocity
+from ._kind import check_kind, length_between, length_to_ends, path_between
 from ._preshape import sphere_distance, unit
 
 _PIECES = 32
 
 
-def elastic_distance(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | None = None) -> Float[Array, "*b"]:
+def elastic_distance(
+    curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | None = None, kind: str = "arc"
+) -> Float[Array, "*b"]:
     """Distance of closed curves `(*b, d, n)` in shape space, in radians: symmetric, and blind to position, scale,
     rotation, start point and parametrisation.
 
@@ -27,16 +30,18 @@ def elastic_distance(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | No
 
     Args:
         aligner: `Aligner.accurate()` unless given.
+        kind: "arc", the arc cosine on the sphere of SRVFs; "projected", the length of that great circle projected to
+            the closed curves; "straightened", the length of the geodesic of closed curves. Both of the last have the
+            geodesic's derivative.
 
     Raises:
-        ValueError: as `align`.
+        ValueError: as `align`, and for another kind.
     """
+    check_kind(kind)
     aligner = Aligner.accurate() if aligner is None else aligner
     curve1, curve2 = as_curves("curve1", curve1), as_curves("curve2", curve2)
     check_pair(curve1, curve2)
-    if not traced(curve1, curve2):
-        return align(curve1, curve2, aligner).distance
-    return _distance(aligner, curve1, curve2)
+    return _distance(aligner, kind, curve1, curve2) if traced(curve1, curve2) else _value(aligner, kind, curve1, curve2)
 
 
 def alignment_distance(
@@ -64,14 +69,26 @@ def alignment_distance(
     return sphere_distance(jnp.broadcast_to(unit(q1[..., 1::2]), q2.shape), unit(q2))
 
 
-@ft.partial(jax.custom_jvp, nondiff_argnums=(0,))
-def _distance(aligner: Aligner, curve1: Float[Array, "*b d n"], curve2: Float[Array, "*b d n"]):
-    return align(curve1, curve2, aligner).distance
+def _value(aligner: Aligner, kind: str, curve1: Float[Array, "*b d n"], curve2: Float[Array, "*c d n"]):
+    found = align(curve1, curve2, aligner)
+    if kind == "arc":
+        return found.distance
+    return length_between(curve1, curve2, found.rotation, found.warp, kind)
+
+
+@ft.partial(jax.custom_jvp, nondiff_argnums=(0, 1))
+def _distance(aligner: Aligner, kind: str, curve1: Float[Array, "*b d n"], curve2: Float[Array, "*c d n"]):
+    return _value(aligner, kind, curve1, curve2)
 
 
 @_distance.defjvp
-def _distance_jvp(aligner: Aligner, primals, tangents):
+def _distance_jvp(aligner: Aligner, kind: str, primals, tangents):
     curve1, curve2 = primals
     found = align(curve1, curve2, aligner)
-    fixed = lambda a, b: alignment_distance(a, b, found.rotation, found.warp)  # noqa: E731
-    return found.distance, jax.jvp(fixed, primals, tangents)[1]
+    if kind == "arc":
+        fixed = lambda a, b: alignment_distance(a, b, found.rotation, found.warp)  # noqa: E731
+        return found.distance, jax.jvp(fixed, primals, tangents)[1]
+    path = path_between(curve1, curve2, found.rotation, found.warp, "straightened")
+    fixed = lambda a, b: length_to_ends(path, a, b, found.rotation, found.warp)  # noqa: E731
+    length = length_between(curve1, curve2, found.rotation, found.warp, kind)
+    return length, jax.jvp(fixed, primals, tangents)[1]

@@ -28,7 +28,7 @@ class Reading(NamedTuple):
 
     distance: Float[Array, " l"]
     rotation: Float[Array, "d d l"]
-    warp: Float[Array, "m+1 l"]
+    warp: Float[Array, "nodes l"]
 
 
 class _Curve(NamedTuple):
@@ -36,13 +36,13 @@ class _Curve(NamedTuple):
 
     tangents: Int[Array, "d t l"]  # packed
     positions: Float[Array, "d t l"]
-    arcs: Float[Array, "m+1 l"]
+    arcs: Float[Array, "nodes l"]
 
 
 class _Side(NamedTuple):
     """A curve and the one that is laid onto it."""
 
-    arcs: Float[Array, "m+1 l"]
+    arcs: Float[Array, "nodes l"]
     chords: Float[Array, "d m l"]  # of the curve, between the arcs
     other: _Curve
     rotation: Float[Array, "d d l"]
@@ -65,7 +65,7 @@ def _tables(curve: Representative) -> _Curve:
     return _Curve(pack(tangents), positions(tangents), _lanes(curve.arcs))
 
 
-def _chords(x: Float[Array, "m+1 l"], curve: _Curve) -> Float[Array, "d m l"]:
+def _chords(x: Float[Array, "nodes l"], curve: _Curve) -> Float[Array, "d m l"]:
     return jnp.diff(once(position_at, x, curve.tangents, curve.positions), axis=1)
 
 
@@ -131,7 +131,7 @@ def _read(u: Float[Array, "k l"], side: _Side) -> Reading:
     return Reading(_distance(side, warp), side.rotation, warp)
 
 
-def _distance(side: _Side, warp: Float[Array, "m+1 l"]) -> Float[Array, " l"]:
+def _distance(side: _Side, warp: Float[Array, "nodes l"]) -> Float[Array, " l"]:
     """Angle between `q1` and `R q2(gamma) sqrt(gamma')`, for gamma linear between the arcs.
 
     An interval of lengths a and b adds `sqrt(a b)` times the mean of `<q1, R q2>`. That is the cosine between the

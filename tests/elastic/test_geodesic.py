@@ -64,12 +64,13 @@ def test_straight_paths_have_no_tangential_acceleration_in_float64():
         )
         bent = project_closed(path + 0.3 * bump)
         found = geodesics.straighten(bent)
+        assert bool(found.converged)
         assert found.path.dtype == jnp.float64
         assert float(found.closure) < 1e-12
         assert float(found.energy[-1]) < 0.95 * float(found.energy[0])
         inside = found.path[1:-1]
         pull = preshape.project_tangent(inside, 2 * inside - found.path[:-2] - found.path[2:])
-        assert float(preshape.inner(pull, pull).max()) ** 0.5 < 1e-4
+        assert float(preshape.inner(pull, pull).max()) ** 0.5 < 1e-10
         for size in (0.02, -0.02):
             other = project_closed(found.path + size * bump)
             assert float(geodesics._energy(other)) > float(found.energy[-1])
@@ -112,3 +113,20 @@ def test_an_alignment_lays_a_curve_as_defined(d):
     slope = 1 + 0.1 * np.pi * np.cos(2 * np.pi * np.arange(n) / n)
     expected = turn @ srvf(curve, gamma[:-1]) * np.sqrt(slope)
     np.testing.assert_allclose(found, expected / np.sqrt(np.mean(np.sum(expected**2, axis=0))), atol=0.01)
+
+
+def test_six_steps_are_as_long_as_fifty():
+    with x64():
+        q1, q2 = (project_closed(to_srvf(fourier(s, 4, n=N))) for s in (8, 9))
+        few, many = (geodesics.straighten(geodesics.joined(q1, q2, steps)) for steps in (6, 50))
+        assert bool(many.converged.all())
+        np.testing.assert_allclose(few.length, many.length, rtol=1e-3)
+        assert (np.asarray(few.length) >= np.asarray(preshape.sphere_distance(q1, q2))).all()
+
+
+def test_a_finer_warp_lays_a_curve_as_a_coarse_one():
+    """Between the samples a warp may be anything: a sample takes the mean slope around it."""
+    curve, gamma = jnp.asarray(fourier(5, n=N), jnp.float32), jnp.asarray(warps(6, 1, N, rough=0.0)[:, 0], jnp.float32)
+    turn = jnp.eye(3)
+    fine = jnp.interp(jnp.arange(8 * N + 1) / (8 * N), jnp.arange(N + 1) / N, gamma)
+    np.testing.assert_allclose(aligned_srvf(curve, turn, fine), aligned_srvf(curve, turn, gamma), atol=1e-4)

@@ -8,8 +8,9 @@ from elastic.shapes import fourier, x64
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from curvematch_jax.elastic import _geodesic as geodesics
 from curvematch_jax.elastic import _preshape as preshape
-from curvematch_jax.elastic import project_closed, to_curve, to_srvf
+from curvematch_jax.elastic import exp_map, log_map, parallel_transport, project_closed, to_curve, to_srvf
 
 
 def open_field(seed, n=32, d=3, dtype=np.float32, size=0.1):
@@ -56,7 +57,6 @@ def test_closing_a_curve_does_not_collapse_its_points():
     assert segments.min() > 0.05 / 32
 
 
-@pytest.mark.xfail(reason="Newton's method is not damped, and diverges from a closure of about one half")
 def test_a_field_far_from_closed_is_closed_as_well():
     assert float(jnp.abs(preshape.closure(project_closed(open_field(3, size=0.2)))).max()) < 1e-6
 
@@ -93,15 +93,98 @@ def test_tangents_are_orthogonal_to_the_normal_space_and_stay(d):
         v = jnp.asarray(fourier(7, n=32, d=d))
         tangent = preshape.project_tangent(q, v)
         assert abs(float(preshape.inner(tangent, q))) < 1e-12
-        assert float(jnp.abs(preshape.inner(preshape.normals(q), jnp.broadcast_to(tangent, (d, d, 32)))).max()) < 1e-12
+        assert float(jnp.abs(preshape.normal_parts(q, tangent)).max()) < 1e-12
         np.testing.assert_allclose(preshape.project_tangent(q, tangent), tangent, atol=1e-12)
 
 
-def test_normals_are_the_gradients_of_the_closure():
+@pytest.mark.parametrize("d", [2, 3, 4])
+def test_normals_are_the_gradients_of_the_closure(d):
     with x64():
-        q = jnp.asarray(open_field(6, dtype=np.float64))
-        gradient = jax.jacrev(preshape.closure)(q) * q.shape[-1]
-        np.testing.assert_allclose(preshape.normals(q), gradient, atol=1e-12)
+        q, v = (jnp.asarray(open_field(s, d=d, dtype=np.float64)) for s in (6, 7))
+        x = jnp.asarray(np.random.default_rng(8).normal(size=d))
+        closure, back = jax.vjp(preshape.closure, q)
+        assert closure.shape == (d,)
+        np.testing.assert_allclose(preshape.normal(q, x), back(x)[0] * q.shape[-1], atol=1e-12)
+        np.testing.assert_allclose(preshape.normal_parts(q, v), jax.jvp(preshape.closure, (q,), (v,))[1], atol=1e-12)
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+def test_closing_is_all_but_the_nearest_point(d):
+    with x64():
+        q = jnp.asarray(open_field(9, d=d, dtype=np.float64, size=0.02))
+        found = preshape.close(q, 6)
+        assert float(jnp.abs(preshape.closure(found)).max()) < 1e-14
+        moved = preshape.sphere_distance(found, preshape.unit(q))
+        np.testing.assert_allclose(preshape.sphere_distance(found, project_closed(q)), 0, atol=0.05 * float(moved))
+
+
+def closed_pair(seed, n=32, d=3):
+    return (project_closed(to_srvf(fourier(s, n=n, d=d))) for s in (seed, seed + 1))
+
+
+def test_exp_of_log_comes_back_with_the_square_of_the_steps():
+    with x64():
+        q1, q2 = closed_pair(10)
+        missed = [
+            float(preshape.sphere_distance(exp_map(q1, log_map(q1, q2, steps), steps), q2)) for steps in (8, 16, 32)
+        ]
+        assert missed[2] < 2e-3
+        assert missed[0] / missed[1] > 3.5
+        assert missed[1] / missed[2] > 3.5
+
+
+def test_exp_stays_on_the_manifold_and_at_its_speed():
+    with x64():
+        q1, q2 = closed_pair(12)
+        v = 0.7 * preshape.unit(log_map(q1, q2))
+        points = jnp.stack([q1, *(exp_map(q1, v * k / 20, 80) for k in range(1, 21))])
+        assert float(jnp.abs(preshape.closure(points)).max()) < 1e-12
+        np.testing.assert_allclose(jnp.sum(preshape.sphere_distance(points[1:], points[:-1])), 0.7, rtol=2e-3)
+        np.testing.assert_allclose(exp_map(q1, 0 * v), q1, atol=1e-12)
+
+
+def test_log_has_the_length_of_the_geodesic_and_is_tangent():
+    with x64():
+        q1, q2 = closed_pair(14)
+        v = log_map(q1, q2, 24)
+        np.testing.assert_allclose(preshape.normal_parts(q1, v), 0, atol=1e-12)
+        path = geodesics.straighten(geodesics.joined(q1, q2, 24))
+        np.testing.assert_allclose(preshape.inner(v, v) ** 0.5, path.length, rtol=1e-12)
+
+
+def test_transport_keeps_inner_products_and_the_velocity_of_a_geodesic():
+    """With the square of the steps; and there and back is no way at all."""
+    with x64():
+        q1, q2 = closed_pair(16)
+        drawn = jnp.stack([jnp.asarray(fourier(s, n=32)) for s in (18, 19)])
+        fields = preshape.project_tangent(jnp.broadcast_to(q1, drawn.shape), drawn)
+        before = preshape.inner(*fields)
+        errors = []
+        for steps in (8, 32):
+            path = geodesics.straighten(geodesics.joined(q1, q2, steps)).path
+            carried = parallel_transport(path, fields)
+            np.testing.assert_allclose(
+                preshape.normal_parts(jnp.broadcast_to(q2, carried.shape), carried), 0, atol=1e-10
+            )
+            np.testing.assert_allclose(preshape.inner(jnp.broadcast_to(q2, carried.shape), carried), 0, atol=1e-10)
+            errors.append(abs(float(preshape.inner(*carried) - before)))
+            arrived = parallel_transport(path, log_map(q1, q2, steps))
+            np.testing.assert_allclose(arrived, -log_map(q2, q1, steps), atol=20 / steps**2)
+            back = parallel_transport(path[::-1], carried)
+            np.testing.assert_allclose(back, fields, atol=20 / steps**2)
+        assert errors[1] < max(errors[0] / 8, 1e-8)
+
+
+@pytest.mark.parametrize("call", [lambda q: exp_map(q, q, 0), lambda q: log_map(q, q, -1)])
+def test_steps_below_one_are_refused(call):
+    with pytest.raises(ValueError, match="a geodesic has 1 step or more"):
+        call(np.asarray(to_srvf(fourier(0, n=32))))
+
+
+def test_what_is_no_path_is_refused():
+    q = np.asarray(to_srvf(fourier(0, n=32)))
+    with pytest.raises(ValueError, match="path has shape"):
+        parallel_transport(q, q)
 
 
 def test_great_circles_join_their_ends_at_even_speed():
