@@ -159,11 +159,14 @@ def _of_curves(first: np.ndarray, second: np.ndarray, aligner: Aligner, kind: st
 def _represented(curves: np.ndarray, aligner: Aligner) -> Representative:
     """The tables of all curves, in numpy."""
     size = aligner.chunk
-    parts = [
-        jax.tree.map(np.asarray, _represent_chunk(aligner, chunks.padded(curves[s : s + size], size)))
-        for s in range(0, len(curves), size)
-    ]
-    return jax.tree.map(lambda *tables: np.concatenate(tables)[: len(curves)], *parts)
+    shapes = jax.eval_shape(ft.partial(_represent_chunk, aligner), chunks.padded(curves[:size], size))
+    tables = jax.tree.map(lambda shape: np.empty((len(curves), *shape.shape[1:]), shape.dtype), shapes)
+    for start in range(0, len(curves), size):
+        part = curves[start : start + size]
+        found = _represent_chunk(aligner, chunks.padded(part, size))
+        for table, values in zip(tables, found, strict=True):
+            table[start : start + size] = np.asarray(values)[: len(part)]
+    return tables
 
 
 _represent_chunk = jax.jit(represent_for, static_argnums=0)

@@ -30,7 +30,7 @@ def test_matrices_and_pairs_hold_the_same_numbers(pair):
     for kind in ("projected", "straightened"):
         alone = np.asarray(elastic_distance(pair[0][:, None], pair[1], RIGID, kind=kind))
         np.testing.assert_allclose(distance_matrix(pair[0], pair[1], RIGID, kind=kind), alone, atol=1e-5)
-        diagonal = pair_distances(*pair, np.array([[0, 0], [1, 1]]), RIGID, kind=kind)
+        diagonal = pair_distances(pair[0], pair[1], np.array([[0, 0], [1, 1]]), RIGID, kind=kind)
         np.testing.assert_allclose(diagonal, np.diag(alone)[:2], atol=1e-5)
 
 
