@@ -4,10 +4,12 @@ import jax
 import numpy as np
 
 
-def fourier(seed: int, count: int | None = None, n: int = 100, d: int = 3, modes: int = 4, **move) -> np.ndarray:
-    """Random smooth closed curves `(count, d, n)`, or one; `move` as in `sample`."""
+def fourier(
+    seed: int, count: int | None = None, n: int = 100, d: int = 3, modes: int = 4, decay: float = 1.0, **move
+) -> np.ndarray:
+    """Random smooth closed curves `(count, d, n)`, or one; wave k is `k**decay` times smaller; `move`: see `sample`."""
     random = np.random.default_rng(seed)
-    coefficients = random.normal(size=(count or 1, 2, d, modes)) / np.arange(1, modes + 1)
+    coefficients = random.normal(size=(count or 1, 2, d, modes)) / np.arange(1, modes + 1) ** decay
     curves = np.stack([sample(*pair, n, **move) for pair in coefficients])
     return curves if count else curves[0]
 
@@ -47,6 +49,26 @@ def warps(seed: int, lanes: int, n: int, rough: float = 0.4) -> np.ndarray:
     steps = np.exp(rough * random.normal(size=(n, lanes)))
     gamma = np.concatenate([np.zeros((1, lanes)), np.cumsum(steps, axis=0)]) / steps.sum(axis=0)
     return gamma + random.uniform(-1, 1, size=lanes)
+
+
+def paths(seed: int, lanes: int, knots: int, steep: float = 0.6) -> np.ndarray:
+    """Random paths `(knots, lanes)`: periodic u with `|u'| <= steep`, around different start points."""
+    random = np.random.default_rng(seed)
+    slope = random.uniform(-1, 1, size=(knots, lanes))
+    slope -= slope.mean(axis=0)
+    slope *= steep / np.abs(slope).max(axis=0)
+    u = np.cumsum(slope, axis=0) / knots
+    return u - u.mean(axis=0) + random.uniform(-0.5, 0.5, size=lanes)
+
+
+def unit_tangents(seed: int, count: int, t: int, d: int = 3, modes: int = 3) -> np.ndarray:
+    """Smooth closed fields of unit vectors `(d, t, count)`, lanes last: directions of Fourier curves."""
+    random = np.random.default_rng(seed)
+    k = np.arange(1, modes + 1)[:, None]
+    angle = 2 * np.pi * k * np.arange(t) / t
+    cos, sin = random.normal(size=(2, count, d, modes)) / k[:, 0] ** 2
+    field = np.moveaxis(cos @ np.cos(angle) + sin @ np.sin(angle), 0, -1)
+    return field / np.linalg.norm(field, axis=0)
 
 
 def spectral(curve: np.ndarray, x: np.ndarray, order: int = 0) -> np.ndarray:

@@ -7,13 +7,13 @@ from elastic.shapes import ellipse, fourier, moved
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from curvematch_jax.elastic import Aligner, align, distance_matrix, pair_distances
+from curvematch_jax.elastic import Aligner, Stage, align, distance_matrix, pair_distances
 from curvematch_jax.elastic import _batch as batch
 from curvematch_jax.elastic import _chunks as chunks
 
 N = 24
 RIGID = Aligner(slope=0, grid=32, chunk=8)
-LEAN = Aligner(grid=16, seeds=2, kept=1, slope=2, steps=2, rounds=1, nodes=1, chunk=8)
+LEAN = Aligner(grid=16, seeds=2, slope=2, stages=(Stage(1, 2, 24),), table=4, fineness=4, chunk=8)
 
 
 @pytest.fixture(name="curves", scope="module")

@@ -105,19 +105,41 @@ def test_every_function_of_one_curve_names_it(function):
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        ({"grid": 7}, "grid = 7.* 8 or more"),
-        ({"seeds": 0}, "seeds = 0"),
-        ({"slope": -1}, "slope = -1"),
-        ({"steps": -1}, "steps = -1"),
-        ({"rounds": 0}, "rounds = 0"),
-        ({"nodes": 0}, "nodes = 0"),
-        ({"chunk": 0}, "chunk = 0"),
-        ({"band": 0.0}, "band = 0.0"),
-        ({"band": 0.6}, "band = 0.6"),
-        ({"grid": 64, "seeds": 6, "kept": 7}, "kept <= seeds <= grid, not 7, 6, 64"),
-        ({"grid": 8, "seeds": 9, "kept": 1}, "kept <= seeds <= grid, not 1, 9, 8"),
+        ({"grid": 7}, r"Aligner.grid = 7.* 8 or more"),
+        ({"seeds": 0}, r"Aligner.seeds = 0"),
+        ({"slope": -1}, r"Aligner.slope = -1"),
+        ({"passes": 0}, r"Aligner.passes = 0"),
+        ({"table": 0}, r"Aligner.table = 0"),
+        ({"fineness": 0}, r"Aligner.fineness = 0"),
+        ({"chunk": 0}, r"Aligner.chunk = 0"),
+        ({"band": 0.0}, r"Aligner.band = 0.0"),
+        ({"band": 0.6}, r"Aligner.band = 0.6"),
+        ({"seeds": 6, "stages": (elastic.Stage(7, 1, 48),)}, r"not 48, 6, \[7\]"),
+        ({"grid": 8, "seeds": 9}, r"not 8, 9, \[3, 1\]"),
+        ({"stages": (elastic.Stage(1, 1, 48), elastic.Stage(2, 1, 48))}, r"not 48, 8, \[1, 2\]"),
     ],
 )
 def test_settings_that_cannot_be_are_refused(settings, words):
     with pytest.raises(ValueError, match=words):
         elastic.Aligner(**settings)
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"kept": 0}, "Stage.kept = 0.* 1 or more"),
+        ({"steps": -1}, "Stage.steps = -1"),
+        ({"knots": 7}, "Stage.knots = 7.* 8 or more"),
+        ({"nodes": 0}, "Stage.nodes = 0"),
+    ],
+)
+def test_stages_that_cannot_be_are_refused(settings, words):
+    with pytest.raises(ValueError, match=words):
+        elastic.Stage(**{"kept": 1, "steps": 1, "knots": 48, **settings})
+
+
+def test_presets_differ_and_can_be_settings_of_a_compilation():
+    presets = [elastic.Aligner.fast(), elastic.Aligner.accurate(), elastic.Aligner.rigid()]
+    assert len(set(presets)) == 3
+    assert elastic.Aligner.fast() == elastic.Aligner()
+    assert hash(elastic.Aligner.accurate()) == hash(elastic.Aligner.accurate())

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from elastic.shapes import fourier
+from elastic.shapes import fourier, x64
 
 from curvematch_jax.elastic import _dynamic as dynamic
 
@@ -91,3 +91,28 @@ def test_lanes_do_not_mix():
     together = best_path(jnp.asarray(q1), jnp.asarray(q2), band=5, largest=3)
     alone = best_path(jnp.asarray(q1[..., 1:2]), jnp.asarray(q2[..., 1:2]), band=5, largest=3)
     np.testing.assert_allclose(together[:, 1:2], alone, atol=1e-4)
+
+
+@pytest.mark.parametrize("largest", [2, 3, 6])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_the_number_of_a_step_is_kept_in_its_total(dtype, largest):
+    """It comes back whole, and changes the total, of either sign, by a few units in the last place."""
+    with x64():
+        count = len(dynamic.steps_up_to(largest))
+        total = jnp.asarray(np.random.default_rng(0).normal(size=(50, 4)), dtype)
+        for number in range(count):
+            marked = dynamic._marked(total, number, count)
+            bits = np.asarray(marked).view(np.int32 if dtype == np.float32 else np.int64)
+            assert set((bits & dynamic._mask(count)).ravel().tolist()) == {number}
+            np.testing.assert_allclose(marked, total, rtol=count * 2 * np.finfo(dtype).eps, atol=0)
+
+
+def test_the_path_is_the_best_in_float64_too():
+    q1, q2 = fields(3)
+    with x64():
+        gamma = np.asarray(dynamic.best_path(jnp.asarray(q1), jnp.asarray(q2), band=6, largest=3))
+    assert gamma.dtype == np.float64
+    for lane in range(q1.shape[-1]):
+        products = q1[..., lane].T @ q2[..., lane]
+        score, _ = path_score(products, N, gamma[:, lane])
+        assert score == pytest.approx(max(every_path(products, N, 6, 3)), abs=1e-12)
