@@ -20,9 +20,10 @@ def run(compute: Callable[[Item], Any], items: Iterable[Item]) -> Iterator[tuple
     items = iter(items)
     devices = cycle(jax.local_devices())
     workers = _workers()
+    wide = jax.dtypes.canonicalize_dtype(np.float64) == np.float64  # as the caller's context has it; contexts do not reach other threads
 
     def task(item: Item, device: Any) -> tuple[Item, Any]:
-        with jax.default_device(device):
+        with jax.default_device(device), jax.enable_x64(wide):
             return item, jax.tree.map(np.asarray, compute(item))
 
     with ThreadPoolExecutor(workers) as pool:
