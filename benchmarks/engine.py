@@ -1,96 +1,178 @@
-"""Speed and quality of the engine, beside fdasrsf on the same pairs in the same run.
+"""Speed and quality of the engine: what bounds it, how it grows, and fdasrsf on the same pairs in the same run.
 
-    python benchmarks/engine.py [--pairs 2048] [--peer-pairs 8] [--out FILE.json]
+    python benchmarks/engine.py [--quick | --full] [--out FILE.json] [--picture FILE.png]
 
-The curves are random closed curves of five Fourier modes in R^3, 100 samples by arc length. Compile time is measured
-apart: the first call of each function minus its second. The peer (fdasrsf, with closed curves, rotation and its default
-dynamic programming) is timed on a few pairs, and its distance compared with ours; install it with the `test` extra.
+JSON on stdout, progress on stderr. The curves are random closed curves of five Fourier modes in R^3, 100 samples by arc
+length.
+
+    roofs        a matrix product, a copy, and reads from a table: what the machine reaches at best
+    presets      pairs a second of `align` and `distance_matrix`; microseconds, operations and reads a pair of each
+                 stage, beside the roofs; which stage bounds the preset; updates a second of dynamic programming
+    geodesics    closed geodesics a second, from aligned pairs
+    peer         fdasrsf (closed curves, rotation, its default dynamic programming): its speed, and its distances
+                 beside ours; install it with the `test` extra
+    first_calls  seconds of a first call in a new process, without compiled code on disk and with it
+    scaling      seconds and peak memory against the number of pairs, and against samples
+
+It takes some minutes; `--quick` about one, without `accurate` and with figures that are only good for a look.
 """
 
 import argparse
-import functools as ft
 import importlib.metadata
 import json
 import os
 import platform
+import tempfile
 import time
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
 import numpy as np
+from _measure import PRESETS, cores, fourier_curves, least_seconds, say
+from _runs import against_pairs, against_samples, first_calls, picture
+from _stages import measured_roofs, stages
 
 import curvematch_jax as cm
-from curvematch_jax.elastic._curve import represent
-from curvematch_jax.elastic._start import find_starts, shift_covariances
+from curvematch_jax.elastic import aligned_srvf, project_closed, to_srvf
+from curvematch_jax.elastic._geodesic import straighten
+from curvematch_jax.elastic._preshape import great_circle
 
-PRESETS = {"rigid": cm.Aligner.rigid(), "fast": cm.Aligner.fast(), "accurate": cm.Aligner.accurate()}
-_REPEATS = 3
+_SLOW = 8  # the share of the pairs that `accurate` gets
+_GEODESIC_STEPS = 6
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How much is measured.
+
+    Attributes:
+        presets: measured one by one, first calls included.
+        pairs: of curves, for the speed of the presets.
+        peer_pairs: given to fdasrsf.
+        geodesics: in one batch.
+        copied: float32 numbers, for the speed of a copy.
+        sides: curves on either side of the matrices that show scaling, by preset.
+        samples: n of the curves that show scaling.
+        samples_side: curves on either side of the matrices with these.
+    """
+
+    presets: tuple[str, ...] = tuple(PRESETS)
+    pairs: int = 4096
+    peer_pairs: int = 8
+    geodesics: int = 256
+    copied: int = 2**26
+    sides: tuple[tuple[str, tuple[int, ...]], ...] = (("rigid", (32, 100, 316, 1000)), ("fast", (32, 100, 316)))
+    samples: tuple[int, ...] = (50, 100, 200, 400)
+    samples_side: int = 32
+
+    @classmethod
+    def quick(cls) -> "Plan":
+        sides = ("rigid", (32, 100)), ("fast", (16, 32))
+        return cls(("rigid", "fast"), 512, 1, 32, 2**24, sides, samples=(50, 100), samples_side=16)
+
+    @classmethod
+    def full(cls) -> "Plan":
+        return cls(sides=(("rigid", (32, 100, 316, 1000)), ("fast", (32, 100, 316, 1000))))
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="Speed and quality of the engine.")
-    parser.add_argument("--pairs", type=int, default=2048)
-    parser.add_argument("--peer-pairs", type=int, default=8)
+    much = parser.add_mutually_exclusive_group()
+    much.add_argument("--quick", action="store_const", dest="plan", const=Plan.quick(), help="about a minute")
+    much.add_argument("--full", action="store_const", dest="plan", const=Plan.full(), help="a million fast pairs too")
     parser.add_argument("--out", type=Path, metavar="FILE.json")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="of the scaling")
+    parser.set_defaults(plan=Plan())
     options = parser.parse_args()
-    first, second = fourier_curves(0, options.pairs), fourier_curves(1, options.pairs)
-    results: dict = {
-        "versions": {name: importlib.metadata.version(name) for name in ("jax", "jaxlib", "numpy", "fdasrsf")},
-        "machine": {"processor": platform.processor() or platform.machine(), "cores": os.cpu_count()},
-        "pairs": options.pairs,
-        "stages": stages(first, second),
-        "presets": {},
-    }
-    for name, aligner in PRESETS.items():
-        count = options.pairs if name != "accurate" else max(64, options.pairs // 8)
-        seconds, compiling = timed(lambda a, s=aligner: cm.align(a[0], a[1], s), (first[:count], second[:count]))
-        results["presets"][name] = {"pairs_per_second": count / seconds, "compile_seconds": compiling}
-    side = int(options.pairs**0.5)
-    seconds, _ = timed(lambda a: cm.distance_matrix(a[0], a[1]), (first[:side], second[:side]))
-    results["matrix_pairs_per_second_fast"] = side * side / seconds
-    if options.peer_pairs:
-        results["peer"] = beside_fdasrsf(first[: options.peer_pairs], second[: options.peer_pairs], results["presets"])
-    print(json.dumps(results, indent=1))
+    results = report(options.plan)
+    text = json.dumps(rounded(results), indent=1, allow_nan=False)
+    print(text)
     if options.out:
         options.out.parent.mkdir(parents=True, exist_ok=True)
-        options.out.write_text(json.dumps(results, indent=1) + "\n")
+        options.out.write_text(text + "\n")
+    if options.picture:
+        options.picture.parent.mkdir(parents=True, exist_ok=True)
+        picture(results["scaling"]["pairs"], results["scaling"]["samples"], options.picture)
 
 
-def fourier_curves(seed: int, count: int, n: int = 100) -> np.ndarray:
-    """Random closed curves `(count, 3, n)` in float32, by arc length."""
-    random = np.random.default_rng(seed)
-    k = np.arange(1, 6)
-    waves = 2 * np.pi * np.outer(k, np.arange(4 * n) / (4 * n))
-    coefficients = random.normal(size=(2, count, 3, 5)) / k
-    dense = coefficients[0] @ np.cos(waves) + coefficients[1] @ np.sin(waves)
-    return np.asarray(cm.resample(dense.astype(np.float32), n))
+def report(plan: Plan) -> dict:
+    """Everything there is to say about the engine."""
+    first, second = fourier_curves(0, plan.pairs), fourier_curves(1, plan.pairs)
+    say("roofs")
+    results: dict = {
+        "versions": versions("jax", "jaxlib", "numpy", "fdasrsf"),
+        "machine": {"processor": platform.processor() or platform.machine(), "cores": cores(), "of": os.cpu_count()},
+        "pairs": plan.pairs,
+        "roofs": measured_roofs(floats=plan.copied),
+        "presets": {},
+    }
+    for name in plan.presets:
+        aligner = PRESETS[name]
+        say(f"{name}: speed and stages")
+        count = plan.pairs if name != "accurate" else plan.pairs // _SLOW
+        speeds = speed(first[:count], second[:count], aligner)
+        results["presets"][name] = speeds | stages(aligner, first, second, results["roofs"])
+    say("geodesics")
+    results["geodesics"] = geodesics(first[: plan.geodesics], second[: plan.geodesics], PRESETS["fast"])
+    if plan.peer_pairs:
+        say("fdasrsf")
+        few = slice(plan.peer_pairs)
+        results["peer"] = beside_fdasrsf(first[few], second[few], results["presets"])
+    with tempfile.TemporaryDirectory() as folder:
+        cache = Path(folder)
+        results["first_calls"] = first_calls(plan.presets, cache)
+        results["scaling"] = {
+            "pairs": against_pairs(dict(plan.sides), cache),
+            "samples": against_samples(plan.samples, plan.samples_side, cache),
+        }
+    return results
 
 
-def timed(function: Callable, argument) -> tuple[float, float]:
-    """The least seconds of a few calls, and those that the first call took beyond."""
-    start = time.perf_counter()
-    jax.block_until_ready(function(argument))
-    first = time.perf_counter() - start
-    seconds = []
-    for _ in range(_REPEATS):
-        start = time.perf_counter()
-        jax.block_until_ready(function(argument))
-        seconds.append(time.perf_counter() - start)
-    return min(seconds), first - min(seconds)
+def versions(*names: str) -> dict[str, str]:
+    """Of those packages that are installed."""
+    installed = {d.name for d in importlib.metadata.distributions()}
+    return {name: importlib.metadata.version(name) for name in names if name in installed}
 
 
-def stages(first: np.ndarray, second: np.ndarray) -> dict[str, float]:
-    """Microseconds a pair of the stages before dynamic programming, one chunk on one thread."""
-    aligner = cm.Aligner.fast()
-    a, b = first[: aligner.chunk], second[: aligner.chunk]
-    tables = jax.jit(ft.partial(represent, grid=aligner.grid, nodes=aligner.nodes))
-    starts = jax.jit(lambda pair: find_starts(shift_covariances(pair[0], pair[1]), aligner.seeds))
-    tangents = tables(a).tangents, tables(b).tangents
+def rounded(results):
+    """Five digits are more than there is in a time."""
+    if isinstance(results, dict):
+        return {key: rounded(value) for key, value in results.items()}
+    if isinstance(results, list):
+        return [rounded(value) for value in results]
+    return float(f"{results:.5g}") if isinstance(results, float) else results
+
+
+def speed(first: np.ndarray, second: np.ndarray, aligner: cm.Aligner) -> dict[str, float]:
+    """Pairs a second, compiled already: of pairs of curves, and of a matrix of about as many pairs."""
+    side = int(len(first) ** 0.5)
+    align = lambda: jax.block_until_ready(cm.align(first, second, aligner))  # noqa: E731
+    matrix = lambda: cm.distance_matrix(first[:side], second[:side], aligner)  # noqa: E731
+    rates = {}
+    for name, call, count in (("align", align, len(first)), ("distance_matrix", matrix, side * side)):
+        call()
+        rates[f"{name}_pairs_per_second"] = count / least_seconds(call)
+    return rates
+
+
+def geodesics(first: np.ndarray, second: np.ndarray, aligner: cm.Aligner) -> dict[str, float]:
+    """Closed geodesics a second in one batch of aligned pairs, with and without the path that is straightened."""
+    found = cm.align(first, second, aligner)
+    q1, q2 = to_srvf(first), aligned_srvf(jnp.asarray(second), found.rotation, found.warp)
+    join = lambda: project_closed(great_circle(project_closed(q1), project_closed(q2), _GEODESIC_STEPS))  # noqa: E731
+    path = jax.block_until_ready(join())
+    bend = lambda: jax.block_until_ready(straighten(path))  # noqa: E731
+    bend()
+    joining, bending = least_seconds(lambda: jax.block_until_ready(join())), least_seconds(bend)
     return {
-        "tables of one curve": timed(tables, a)[0] / len(a) * 1e6,
-        "start points": timed(starts, tangents)[0] / len(a) * 1e6,
+        "batch": len(first),
+        "steps": _GEODESIC_STEPS,
+        "straightened_per_second": len(first) / bending,
+        "joined_and_straightened_per_second": len(first) / (joining + bending),
     }
 
 
@@ -103,15 +185,15 @@ def beside_fdasrsf(first: np.ndarray, second: np.ndarray, presets: dict) -> dict
     start = time.perf_counter()
     theirs = np.array([distance_by(elastic_distance_curve, a, b) for a, b in zip(first, second, strict=True)])
     rate = len(first) / (time.perf_counter() - start)
-    report: dict = {"pairs": len(first), "pairs_per_second": rate}
-    for name, aligner in PRESETS.items():
-        ours = np.asarray(cm.align(first, second, aligner).distance)
-        report[name] = {
-            "times_faster": presets[name]["pairs_per_second"] / rate,
+    compared: dict = {"pairs": len(first), "pairs_per_second": rate}
+    for name, measured in presets.items():
+        ours = np.asarray(cm.align(first, second, PRESETS[name]).distance)
+        compared[name] = {
+            "times_faster": measured["align_pairs_per_second"] / rate,
             "distance_less_by_median": float(np.median(theirs - ours)),
             "distance_less_by_least": float((theirs - ours).min()),
         }
-    return report
+    return compared
 
 
 def distance_by(elastic_distance_curve: Callable, a: np.ndarray, b: np.ndarray) -> float:
