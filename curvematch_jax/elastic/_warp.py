@@ -27,7 +27,7 @@ def interpolate(
     def add_block(total, block):
         low, run, slope = block
         for start, length, steepness in zip(low, run, slope, strict=True):
-            total = total + jnp.clip(x - start, 0, length) * steepness
+            total = total + jnp.clip(x - start[None], 0, length[None]) * steepness[None]
         return total, None
 
     size = min(_BLOCK, run.shape[0])

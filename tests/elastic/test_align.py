@@ -1,17 +1,19 @@
 """Alignments: what is forgotten, what is told apart, and that the result certifies its distance."""
 
+import dataclasses
+
 import jax
 import numpy as np
 import pytest
-from elastic.shapes import certified, ellipse, fourier, kabsch, moved, rotation
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from elastic.shapes import certified, ellipse, fourier, kabsch, moved, rotation, x64
 
-from curvematch_jax.elastic import Aligner, align, alignment_distance, distance_matrix, elastic_distance, to_srvf
+from curvematch_jax.elastic import Aligner, Stage, align, alignment_distance, distance_matrix, elastic_distance, to_srvf
 
 N = 100
 ACCURATE, RIGID = Aligner.accurate(), Aligner.rigid()
-LEAN = Aligner(grid=24, seeds=4, kept=1, slope=2, steps=4, rounds=1, nodes=2, chunk=8)
+LEAN = Aligner(grid=24, seeds=4, slope=2, stages=(Stage(1, 8, 48),), chunk=8)
+MOVE = {"shift": 0.2345, "bend": 0.08}
+GENTLE = {"modes": 4, "decay": 3.0}  # curves that their samples hold well: no sharp turns
 
 
 @pytest.fixture(name="curves", scope="module")
@@ -29,77 +31,110 @@ def fixture_found(curves, others):
     return align(curves, others, ACCURATE)
 
 
+def true_distance(n, **kind):
+    """What the true rotation and the true warp of the moved copies achieve: the error of the samples alone.
+
+    The copy at x is the curve at `h(x) = x + bend sin(2 pi x) + shift`: the warp is the inverse of h.
+    """
+    x = np.linspace(-2, 3, 100_001)
+    gamma = np.interp(np.arange(8 * n + 1) / (8 * n), x + MOVE["bend"] * np.sin(2 * np.pi * x) + MOVE["shift"], x)
+    curves, copies = fourier(0, 8, n=n, **kind), moved(fourier(0, 8, n=n, **kind, **MOVE), 1)
+    return np.array([certified(*pair, rotation(1).T, gamma) for pair in zip(curves, copies, strict=True)])
+
+
+def moved_distance(n, preset, **kind):
+    """Distances of curves from copies that are rotated, scaled, translated, warped, and started between samples."""
+    curves, copies = fourier(0, 8, n=n, **kind), moved(fourier(0, 8, n=n, **kind, **MOVE), 1)
+    return np.asarray(align(curves.astype(np.float32), copies.astype(np.float32), preset).distance)
+
+
 def test_rotations_are_rotations_and_warps_increase_by_one_turn(found):
     assert found.rotation.shape == (8, 3, 3)
-    assert found.warp.shape == (8, N + 1)
+    assert found.warp.shape == (8, ACCURATE.fineness * N + 1)
     assert found.distance.shape == (8,)
     product = np.einsum("bij,bkj->bik", found.rotation, found.rotation)
     np.testing.assert_allclose(product, np.broadcast_to(np.eye(3), (8, 3, 3)), atol=1e-5)
     np.testing.assert_allclose(np.linalg.det(found.rotation), 1, atol=1e-5)
-    assert np.diff(found.warp).min() > 0
+    assert np.diff(found.warp).min() >= 0
     np.testing.assert_allclose(found.warp[:, -1], found.warp[:, 0] + 1, atol=1e-6)
 
 
 def test_the_distance_is_the_one_that_rotation_and_warp_achieve(found, curves, others):
-    """Recomputed with sums of waves in numpy, at the aligner's quadrature, and by `alignment_distance`."""
-    own = alignment_distance(curves, others, found.rotation, found.warp, ACCURATE.nodes)
-    plain = [certified(*pair, ACCURATE.nodes) for pair in zip(curves, others, found.rotation, found.warp, strict=True)]
-    np.testing.assert_allclose(own, plain, atol=1e-3)
-    np.testing.assert_allclose(found.distance, plain, atol=1e-3)
+    """Recomputed with sums of waves in numpy, and by `alignment_distance`."""
+    plain = [certified(*pair) for pair in zip(curves, others, found.rotation, found.warp, strict=True)]
+    np.testing.assert_allclose(alignment_distance(curves, others, found.rotation, found.warp), plain, atol=3e-4)
+    error = np.abs(np.asarray(found.distance) - plain)
+    assert np.median(error) < 1e-3
+    assert error.max() < 3e-3
 
 
 def test_both_orders_give_one_distance_and_both_are_certified(found, curves, others):
     back = align(others, curves, ACCURATE)
     np.testing.assert_array_equal(back.distance, found.distance)
-    certificate = alignment_distance(others, curves, back.rotation, back.warp, ACCURATE.nodes)
-    np.testing.assert_allclose(back.distance, certificate, atol=1e-3)
+    error = np.abs(np.asarray(back.distance - alignment_distance(others, curves, back.rotation, back.warp)))
+    assert np.median(error) < 1e-3
+    assert error.max() < 3e-3
 
 
+def test_both_orders_hold_one_alignment(found, curves, others):
+    """The rotations are each other's transpose, and the warps each other's inverse, to a sample of the curves."""
+    back = align(others, curves, ACCURATE)
+    np.testing.assert_allclose(back.rotation, np.swapaxes(found.rotation, 1, 2), atol=1e-5)
+    grid = np.linspace(0, 1, found.warp.shape[1])
+    for there, again in zip(np.asarray(found.warp, float), np.asarray(back.warp, float), strict=True):
+        turns = np.floor(there)
+        round_trip = np.interp(there - turns, grid, again) + turns - grid
+        assert np.median(np.abs(round_trip - np.round(round_trip))) < 1 / N
+
+
+@pytest.mark.xfail(reason="tangents between those in the table are too short, which draws paths away from 0: to 3e-3")
 def test_a_copy_is_at_distance_zero(curves):
-    """Moved by less than rounding. Wanted below 1e-3; the refinement stops at .004 on such curves."""
-    assert float(align(curves, curves + np.float32(1e-12), ACCURATE).distance.max()) < 0.006
+    """Moved by less than rounding."""
+    assert float(align(curves, curves + np.float32(1e-12), ACCURATE).distance.max()) < 1e-3
 
 
-def test_a_moved_copy_is_near(curves):
-    """Rotated, scaled, translated, from another start between samples, and warped. Wanted at most .01 at n = 100.
-
-    Reached: .044 where all eight curves are, .03 for most. What is left is the sampling: it falls with n squared.
-    """
-    copies = moved(fourier(0, 8, n=N, shift=0.2345, bend=0.08), 1).astype(np.float32)
-    distance = np.asarray(align(curves, copies, ACCURATE).distance)
-    assert distance.max() < 0.05
-    assert np.median(distance) < 0.035
+@pytest.mark.parametrize(("dtype", "most"), [(np.float32, 1e-3), (np.float64, 1e-6)])
+def test_a_copy_is_at_distance_zero_after_little_search(dtype, most):
+    with x64():
+        copies = fourier(0, 8, n=N).astype(dtype)
+        found = jax.jit(lambda a, b: align(a, b, LEAN).distance)(copies, copies + dtype(1e-12))
+        assert found.dtype == dtype
+        assert float(found.max()) < most
 
 
-def test_a_smooth_moved_copy_is_nearer():
-    """As above with curves of two modes. Half of them come to .004 to .026; .036 is the worst."""
-    curves = fourier(0, 8, n=N, modes=2).astype(np.float32)
-    copies = moved(fourier(0, 8, n=N, modes=2, shift=0.2345, bend=0.08), 1).astype(np.float32)
-    distance = np.sort(align(curves, copies, ACCURATE).distance)
-    assert distance[2] < 0.01
-    assert distance[-1] < 0.045
+def test_a_moved_copy_of_a_gentle_curve_is_near():
+    """At most .01 wherever the samples hold the curve to that: seven of eight."""
+    floor, distance = true_distance(N, **GENTLE), moved_distance(N, ACCURATE, **GENTLE)
+    assert (floor < 0.01).sum() == 7
+    assert distance[floor < 0.01].max() < 0.01
+
+
+def test_a_moved_copy_is_as_near_as_its_samples_say(found):
+    """With sharp turns .01 is out of reach: rotation and warp that made the copy achieve .05 where they are sharpest."""
+    floor, distance = true_distance(N), moved_distance(N, ACCURATE)
+    assert floor.max() > 0.04
+    assert (distance < floor + 0.005).all()
+    assert (distance < 0.1 * np.asarray(found.distance)).all()
+
+
+@pytest.mark.parametrize("move", [{}, {"shift": 0.25}, {"shift": 0.137}, {"bend": 0.08}], ids=str)
+def test_each_way_to_move_a_gentle_curve_alone(move):
+    curves, copies = fourier(0, 7, n=N, **GENTLE), fourier(0, 7, n=N, **GENTLE, **move)
+    found = align(curves.astype(np.float32), moved(copies, 2).astype(np.float32), ACCURATE)
+    assert float(found.distance.max()) < 0.01
 
 
 def test_scale_and_position_are_forgotten(found, curves, others):
     np.testing.assert_allclose(align(3 * curves, others + 7, ACCURATE).distance, found.distance, atol=2e-3)
-    assert float(align(3 * curves, curves, ACCURATE).distance.max()) < 0.006
-
-
-@settings(max_examples=12, deadline=None, derandomize=True)
-@given(st.integers(0, 10_000), st.integers(0, N - 1), st.floats(0.1, 10))
-def test_rigid_distances_forget_rotation_and_start_point(seed, shift, scale):
-    one, other = fourier(seed, 2, n=N, modes=2).astype(np.float32)
-    pairs = np.stack([other, np.roll(moved(other, seed, scale), shift, axis=-1)]).astype(np.float32)
-    plain, turned = np.asarray(align(one, pairs, RIGID).distance)
-    assert abs(plain - turned) < 0.025
+    assert float(align(3 * curves, curves, ACCURATE).distance.max()) < 5e-3
 
 
 def test_rotation_and_start_point_are_forgotten(found, curves, others):
-    """By as much as the search wavers: over forty pairs a median of 3e-4, but .1 where another optimum is found."""
+    """By as much as the search wavers."""
     turned = np.stack([np.roll(moved(c, k, 2.0), 17 * k + 5, axis=-1) for k, c in enumerate(others)])
     error = np.abs(np.asarray(align(curves, turned.astype(np.float32), ACCURATE).distance) - np.asarray(found.distance))
     assert np.median(error) < 2e-3
-    assert error.max() < 0.13
+    assert error.max() < 0.02
 
 
 def test_repeated_samples_change_nothing(curves, others, found):
@@ -108,10 +143,11 @@ def test_repeated_samples_change_nothing(curves, others, found):
     run = np.insert(short, [30] * 12, short[..., 30:31], axis=-1)
     once = fourier(0, 8, n=N - 1).astype(np.float32)
     twice = np.insert(once, [N // 2], once[..., N // 2 : N // 2 + 1], axis=-1)
-    for repeated, most in ((twice, 0.05), (run, 0.06)):
-        assert np.ptp(np.diff(align(repeated, others, ACCURATE).warp)).min() >= 0
-        np.testing.assert_allclose(align(repeated, others, ACCURATE).distance, found.distance, atol=0.02)
-        assert float(align(repeated, curves, ACCURATE).distance.max()) < most
+    for repeated in (twice, run):
+        again = align(repeated, others, ACCURATE)
+        assert np.diff(again.warp).min() >= 0
+        np.testing.assert_allclose(again.distance, found.distance, atol=5e-3)
+        assert float(align(repeated, curves, ACCURATE).distance.max()) < 0.05
 
 
 def test_mirror_images_and_reversed_curves_are_told_apart(curves):
@@ -167,13 +203,12 @@ def test_any_number_of_samples(n):
     assert np.diff(found.warp).min() > 0
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("d", [2, 4])
-def test_planar_and_four_dimensional_curves(d):
-    curves, others = (fourier(s, 4, n=50, d=d).astype(np.float32) for s in (0, 1))
+@pytest.mark.parametrize(("d", "n"), [(2, 16), (4, 50)])
+def test_planar_and_four_dimensional_curves(d, n):
+    curves, others = (fourier(s, 4, n=n, d=d).astype(np.float32) for s in (0, 1))
     found = align(curves, others, LEAN)
-    assert (np.asarray(found.distance) <= np.asarray(align(curves, others, RIGID).distance) + 1e-4).all()
-    plain = [certified(*pair, LEAN.nodes) for pair in zip(curves, others, found.rotation, found.warp, strict=True)]
+    assert (np.asarray(found.distance) <= np.asarray(align(curves, others, RIGID).distance) + 5e-3).all()
+    plain = [certified(*pair) for pair in zip(curves, others, found.rotation, found.warp, strict=True)]
     np.testing.assert_allclose(found.distance, plain, atol=0.01)
     np.testing.assert_allclose(np.linalg.det(found.rotation), 1, atol=1e-5)
     np.testing.assert_array_equal(align(others, curves, LEAN).distance, found.distance)
@@ -193,19 +228,30 @@ def test_a_curve_there_and_back_has_finite_distances(curves):
     for curve in (straight, line):
         found = align(curve, curves, ACCURATE)
         assert all(np.isfinite(x).all() for x in found)
-        assert np.diff(found.warp).min() > 0
+        assert np.diff(found.warp).min() >= 0
     assert np.isfinite(align(line, straight, ACCURATE).distance)
 
 
 def test_a_better_search_does_not_lose(found, curves, others):
     rigid = align(curves, others, RIGID)
     assert (np.asarray(found.distance) < np.asarray(rigid.distance)).all()
+    lean = align(curves, others, LEAN)
+    assert (np.asarray(found.distance) < np.asarray(lean.distance) + 1e-3).all()
+
+
+def test_no_stage_of_refinement_leaves_the_search_as_it_is(curves, others):
+    """A dynamic programming alone is an alignment too, and refinement lowers its distance."""
+    plain = align(curves, others, dataclasses.replace(LEAN, stages=()))
+    refined = align(curves, others, LEAN)
+    certificate = alignment_distance(curves, others, plain.rotation, plain.warp)
+    np.testing.assert_allclose(plain.distance, certificate, atol=0.02)
+    assert np.median(np.asarray(plain.distance) - np.asarray(refined.distance)) > 0.01
 
 
 def test_batches_broadcast(curves, others):
     grid = align(curves[:2, None], others[None, :3], RIGID)
     assert grid.rotation.shape == (2, 3, 3, 3)
-    assert grid.warp.shape == (2, 3, N + 1)
+    assert grid.warp.shape == (2, 3, RIGID.fineness * N + 1)
     for i in range(2):
         row = align(curves[i], others[:3], RIGID)
         np.testing.assert_allclose(grid.distance[i], row.distance, atol=1e-5)
@@ -228,7 +274,7 @@ def test_large_batches_go_in_chunks(curves, others):
 def test_empty_batches_stay_empty():
     found = align(np.zeros((0, 3, 20), np.float32), fourier(0, n=20).astype(np.float32), RIGID)
     assert found.distance.shape == (0,)
-    assert found.warp.shape == (0, 21)
+    assert found.warp.shape == (0, RIGID.fineness * 20 + 1)
 
 
 def test_dtypes_are_promoted_to_floats(curves):
@@ -250,13 +296,16 @@ def test_the_rotation_lays_the_second_curve_onto_the_first(curves):
 @pytest.mark.slow
 @pytest.mark.parametrize("preset", [Aligner.fast(), ACCURATE], ids=["fast", "accurate"])
 def test_the_distance_of_moved_copies_falls_with_the_samples(preset):
-    """Reached by `accurate`: .095, .044, .019 at 50, 100, 200 samples, and by `fast` .101, .047, .030."""
-    most = []
-    for n in (50, 100, 200):
-        copies = moved(fourier(0, 8, n=n, shift=0.2345, bend=0.08), 1).astype(np.float32)
-        most.append(float(align(fourier(0, 8, n=n).astype(np.float32), copies, preset).distance.max()))
-    assert most[1] < 0.6 * most[0]
-    assert most[2] < 0.75 * most[1]
+    """From 50 to 100 to 200 samples, in the median of eight curves."""
+    coarse, middle, fine = (np.median(moved_distance(n, preset)) for n in (50, 100, 200))
+    assert middle < 0.7 * coarse
+    assert fine < 0.8 * middle
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(reason="knots and tables of a fixed number: a sharp turn of one curve stays at .04 from 100 samples on")
+def test_the_distance_of_every_moved_copy_falls_to_what_the_samples_say():
+    assert (moved_distance(400, ACCURATE) < true_distance(400) + 0.005).all()
 
 
 @pytest.mark.slow
@@ -264,6 +313,6 @@ def test_the_distance_of_moved_copies_falls_with_the_samples(preset):
 def test_few_and_many_samples_are_aligned_accurately(n):
     curves, others = (fourier(s, 4, n=n, modes=2).astype(np.float32) for s in (0, 100))
     found = align(curves, others, ACCURATE)
-    plain = [certified(*pair, ACCURATE.nodes) for pair in zip(curves, others, found.rotation, found.warp, strict=True)]
+    plain = [certified(*pair) for pair in zip(curves, others, found.rotation, found.warp, strict=True)]
     np.testing.assert_allclose(found.distance, plain, atol=5e-3 if n == 16 else 1e-3)
-    assert np.diff(found.warp).min() > 0
+    assert np.diff(found.warp).min() >= 0

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from elastic.shapes import certified, fourier, rotation, warps, x64
 
-from curvematch_jax.elastic import Aligner, align, alignment_distance, elastic_distance
+from curvematch_jax.elastic import Aligner, Stage, align, alignment_distance, elastic_distance
 
 N = 40
 RIGID = Aligner.rigid()
-LEAN = Aligner(grid=24, seeds=4, kept=1, slope=2, steps=8, rounds=1, nodes=2, chunk=8)
+LEAN = Aligner(grid=24, seeds=4, slope=2, stages=(Stage(1, 8, 48),), chunk=8)
 
 
 def distance(curve1, curve2):
@@ -63,7 +63,7 @@ def test_gradients_are_finite_and_zero_at_distance_zero(pulled, pair):
 def test_gradients_are_those_with_rotation_and_warp_held(pulled, pair):
     _, gradients = pulled(*pair)
     found = align(*pair, LEAN)
-    held = lambda a, b: alignment_distance(a, b, found.rotation, found.warp, LEAN.nodes).sum()  # noqa: E731
+    held = lambda a, b: alignment_distance(a, b, found.rotation, found.warp).sum()  # noqa: E731
     for ours, expected in zip(gradients, jax.grad(held, argnums=(0, 1))(*pair), strict=True):
         np.testing.assert_allclose(ours, expected, atol=0.02 * float(jnp.abs(expected).max()))
 
@@ -96,15 +96,25 @@ def test_forward_derivatives_agree_with_reverse_ones():
 
 
 @pytest.mark.parametrize("d", [2, 3, 4])
-@pytest.mark.parametrize("nodes", [1, 4])
-def test_the_certificate_follows_its_definition(d, nodes):
-    """Any rotation and any warp, by sums of waves in numpy; `alignment_distance` interpolates a table linearly."""
+@pytest.mark.parametrize("m", [32, 64, 100, 512])
+def test_the_certificate_follows_its_definition(d, m):
+    """Any rotation and any warp, of fewer samples than the curves and of more, by sums of waves in numpy."""
     curves, others = (fourier(s, 3, n=64, d=d, modes=2) for s in (0, 1))
     turns = np.stack([rotation(s, d) for s in range(3)])
-    gamma = warps(2, 3, 64).T
-    found = alignment_distance(*(jnp.asarray(x, jnp.float32) for x in (curves, others, turns, gamma)), nodes)
+    gamma = warps(2, 3, m).T
+    found = alignment_distance(*(jnp.asarray(x, jnp.float32) for x in (curves, others, turns, gamma)))
+    nodes = -(-32 * 64 // m)
     expected = [certified(*case, nodes) for case in zip(curves, others, turns, gamma, strict=True)]
-    np.testing.assert_allclose(found, expected, atol=5e-3 if nodes == 1 else 1e-3)
+    np.testing.assert_allclose(found, expected, atol=1e-3)
+
+
+def test_the_certificate_of_a_refined_warp_is_the_same():
+    """A warp is linear between its samples: samples in between change nothing."""
+    curve, other = (jnp.asarray(fourier(s, n=N), jnp.float32) for s in (0, 1))
+    turn, gamma = jnp.asarray(rotation(3), jnp.float32), warps(4, 1, N)[:, 0]
+    finer = np.interp(np.arange(6 * N + 1) / 6, np.arange(N + 1), gamma)
+    plain, fine = (alignment_distance(curve, other, turn, jnp.asarray(g, jnp.float32)) for g in (gamma, finer))
+    np.testing.assert_allclose(fine, plain, atol=2e-4)
 
 
 def test_the_certificate_broadcasts():
@@ -130,20 +140,20 @@ def in_x64(code):
 
 @pytest.mark.slow
 def test_float64_from_end_to_end():
-    """Distances, alignments and matrices in float64. A copy is wanted below 1e-6; the refinement stops at 3.6e-3."""
+    """Distances, alignments and matrices in float64. A copy comes below 3e-3; 1e-6 is wanted (see `test_align`)."""
     in_x64(
         """
         import numpy as np
         from elastic.shapes import fourier
-        from curvematch_jax.elastic import Aligner, align, alignment_distance, distance_matrix, resample, to_srvf
+        from curvematch_jax.elastic import Aligner, Stage, align, alignment_distance, distance_matrix, resample, to_srvf
 
         curves, others = fourier(0, 8), fourier(100, 8)
         found = align(curves, others)
         assert {str(x.dtype) for x in found} == {"float64"}
         own = alignment_distance(curves, others, found.rotation, found.warp)
-        assert abs(own - found.distance).max() < 1e-3
+        assert abs(own - found.distance).max() < 4e-3
         assert (align(others, curves).distance == found.distance).all()
-        assert align(curves, curves + 1e-12).distance.max() < 0.006
+        assert align(curves, curves + 1e-12).distance.max() < 3e-3
         assert np.linalg.norm(found.rotation @ found.rotation.swapaxes(1, 2) - np.eye(3)) < 1e-12
         assert distance_matrix(curves, aligner=Aligner.rigid()).dtype == np.float64
         assert to_srvf(curves).dtype == resample(curves, 50).dtype == np.float64
