@@ -19,7 +19,7 @@ from ._rotation import best_rotation, covariance, rotate, rotation_gain
 from ._start import find_starts, peak_shift, shift_covariances
 from ._table import pack, position_at, positions
 
-_AGREEMENT_STEPS = 3
+_AGREEMENT_STEPS = 2
 _ROUNDING = 1e-3  # of the straightness of an arc
 
 
