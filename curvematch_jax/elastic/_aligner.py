@@ -58,7 +58,7 @@ class Aligner:
     slope: int = 3
     passes: int = 1
     stages: tuple[Stage, ...] = (Stage(kept=3, steps=3, knots=48), Stage(kept=1, steps=8, knots=112))
-    table: int = 8
+    table: int = 12
     fineness: int = 4
     chunk: int = 64
 
@@ -81,7 +81,7 @@ class Aligner:
     def accurate(cls) -> "Aligner":
         """The best alignment known, at about a twentieth of the speed."""
         stages = Stage(24, 3, 48), Stage(6, 8, 96), Stage(1, 16, 256)
-        return cls(seeds=24, passes=3, stages=stages, table=12, fineness=8, chunk=32)
+        return cls(seeds=24, passes=3, stages=stages, fineness=8, chunk=32)
 
     @classmethod
     def rigid(cls) -> "Aligner":

@@ -11,7 +11,7 @@ from curvematch_jax.elastic import Aligner, Stage, align, alignment_distance, di
 
 N = 100
 ACCURATE, RIGID = Aligner.accurate(), Aligner.rigid()
-LEAN = Aligner(grid=24, seeds=4, slope=2, stages=(Stage(1, 8, 48),), chunk=8)
+LEAN = Aligner(grid=24, seeds=4, slope=2, stages=(Stage(1, 8, 48),), table=24, chunk=8)
 MOVE = {"shift": 0.2345, "bend": 0.08}
 GENTLE = {"modes": 4, "decay": 3.0}  # curves that their samples hold well: no sharp turns
 
@@ -66,6 +66,29 @@ def test_the_distance_is_the_one_that_rotation_and_warp_achieve(found, curves, o
     error = np.abs(np.asarray(found.distance) - plain)
     assert np.median(error) < 1e-3
     assert error.max() < 3e-3
+
+
+def test_near_distances_are_achieved_as_well():
+    """Of copies of gentle curves: rotation and warp achieve what is said within 1e-3, however small it is."""
+    curves = fourier(0, 8, n=N, **GENTLE).astype(np.float32)
+    for copies in (moved(curves, 1).astype(np.float32), fourier(0, 8, n=N, **GENTLE, **MOVE).astype(np.float32)):
+        found = align(curves, copies, ACCURATE)
+        plain = [certified(*pair) for pair in zip(curves, copies, found.rotation, found.warp, strict=True)]
+        np.testing.assert_allclose(found.distance, plain, atol=1e-3)
+
+
+@pytest.mark.xfail(reason="tables of 576 tangents are too coarse for the sharpest turns of copies: off by up to 9e-3")
+def test_near_distances_of_curves_with_sharp_turns_are_achieved_as_well(curves):
+    copies = moved(fourier(0, 8, n=N, **MOVE), 1).astype(np.float32)
+    found = align(curves, copies, ACCURATE)
+    plain = [certified(*pair) for pair in zip(curves, copies, found.rotation, found.warp, strict=True)]
+    np.testing.assert_allclose(found.distance, plain, atol=1e-3)
+
+
+@pytest.mark.xfail(reason="where a turn is sharp or a warp races, the tables of 576 tangents are off by up to 3e-3")
+def test_every_distance_is_achieved_within_a_thousandth(found, curves, others):
+    plain = [certified(*pair) for pair in zip(curves, others, found.rotation, found.warp, strict=True)]
+    np.testing.assert_allclose(found.distance, plain, atol=1e-3)
 
 
 def test_both_orders_give_one_distance_and_both_are_certified(found, curves, others):
