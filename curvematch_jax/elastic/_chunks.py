@@ -20,7 +20,9 @@ def run(compute: Callable[[Item], Any], items: Iterable[Item]) -> Iterator[tuple
     items = iter(items)
     devices = cycle(jax.local_devices())
     workers = _workers()
-    wide = jax.dtypes.canonicalize_dtype(np.float64) == np.float64  # as the caller's context has it; contexts do not reach other threads
+    wide = (
+        jax.dtypes.canonicalize_dtype(np.float64) == np.float64
+    )  # as the caller's context has it; contexts do not reach other threads
 
     def task(item: Item, device: Any) -> tuple[Item, Any]:
         with jax.default_device(device), jax.enable_x64(wide):

@@ -120,8 +120,8 @@ def _refined(
         u = _best(u.reshape(-1, kept, pairs), score, stage.kept).reshape(u.shape[0], -1)
         kept = stage.kept
         many1, many2 = (jnp.tile(t, kept) for t in (t1, t2))
-        u, score = refine(many1, many2, warps.resampled(u, stage.knots), stage.steps, stage.nodes)
-        score = score.reshape(kept, pairs)
+        u, chord = refine(many1, many2, warps.resampled(u, stage.knots), stage.steps, stage.nodes)
+        score = -chord.reshape(kept, pairs)
     u = _best(u.reshape(-1, kept, pairs), score, 1)[:, 0]
     return u, rotation_of(t1, t2, u, stages[-1].nodes if stages else 2)
 
