@@ -34,7 +34,7 @@ def distance_matrix(
     """Elastic distances `(A, B)`, in radians, of all pairs of closed curves `(A, d, n)` and `(B, d, n)`.
 
     Without `b`, of `a` with itself, each pair computed once. Memory beyond the result is the curves' tables (about
-    10 KB a curve of 100 samples in float32) and a few chunks, however many pairs there are.
+    11 KB a curve of 100 samples in float32) and a few chunks, however many pairs there are.
 
     Args:
         aligner: `Aligner.fast()` unless given.

