@@ -23,7 +23,7 @@ from curvematch_jax.elastic._align import read, represent_for
 from curvematch_jax.elastic._curve import Representative
 from curvematch_jax.elastic._dynamic import _backward, _forward, steps_up_to
 from curvematch_jax.elastic._refine import refine
-from curvematch_jax.elastic._solve import _search
+from curvematch_jax.elastic._solve import _search, on_grid
 from curvematch_jax.elastic._start import find_starts, peak_shift, shift_covariances
 from curvematch_jax.elastic._table import pack
 from curvematch_jax.elastic._warp import to_path
@@ -146,7 +146,7 @@ def _band(aligner: cm.Aligner) -> int:
 
 
 def _coarse(one: Representative, two: Representative, aligner: cm.Aligner) -> tuple[jax.Array, jax.Array]:
-    return one.tangents[..., :: aligner.table], two.tangents[..., :: aligner.table]
+    return on_grid(one, aligner.grid), on_grid(two, aligner.grid)
 
 
 def _lanes(array: jax.Array) -> jax.Array:

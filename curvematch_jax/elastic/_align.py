@@ -14,10 +14,11 @@ from ._aligner import Aligner
 from ._check import as_curves, check_pair, traced
 from ._curve import Representative, represent
 from ._distinct import distinct, original_warp
-from ._solve import Reading, solve
+from ._solve import Reading, on_grid, solve
 from ._warp import evaluate
 
 _SMALL = 8  # pairs in the chunk of a small batch
+_TANGENTS = 5  # in the tables, to a sample of a curve, at least: with fewer, sharp turns are cut
 
 
 class Alignment(NamedTuple):
@@ -105,7 +106,8 @@ def align_chunk(curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"], al
 
 def represent_for(aligner: Aligner, curve: Float[Array, "b d n"]) -> Representative:
     """The tables that `read` needs."""
-    return represent(curve, aligner.table * aligner.grid, aligner.fineness)
+    factor = max(aligner.table, -(-_TANGENTS * curve.shape[-1] // aligner.grid))
+    return represent(curve, factor * aligner.grid, aligner.fineness)
 
 
 def read(first: Representative, second: Representative, aligner: Aligner) -> Reading:
@@ -114,15 +116,15 @@ def read(first: Representative, second: Representative, aligner: Aligner) -> Rea
     The pair is put in an order that depends on its curves alone, aligned, and read in the order that was asked for:
     so the distance is symmetric, up to the rounding with which two lanes of a chunk may differ.
     """
-    swap = _key(first, aligner.table) > _key(second, aligner.table)
+    swap = _key(first, aligner.grid) > _key(second, aligner.grid)
     choose = lambda a, b: jnp.where(swap.reshape((-1,) + (1,) * (a.ndim - 1)), a, b)  # noqa: E731
     lower, upper = jax.tree.map(choose, second, first), jax.tree.map(choose, first, second)
     forth, back = solve(lower, upper, aligner)
     return jax.tree.map(lambda a, b: jnp.where(swap.reshape((1,) * (a.ndim - 1) + (-1,)), b, a), forth, back)
 
 
-def _key(curve: Representative, table: int) -> Float[Array, " b"]:
+def _key(curve: Representative, grid: int) -> Float[Array, " b"]:
     """A number for each curve, to put two curves in order."""
-    tangents = curve.tangents[..., ::table]
+    tangents = on_grid(curve, grid)
     weights = np.sin(np.arange(1, tangents[0].size + 1) ** 2 * 0.7).reshape(tangents.shape[1:])
     return jnp.sum(tangents * jnp.asarray(weights, tangents.dtype)[None], axis=(1, 2))

@@ -46,7 +46,8 @@ class Aligner:
             0 for no warp at all: start point and rotation only.
         passes: dynamic programmings of a seed, its rotation solved again before each.
         stages: of refinement on the continuous problem, coarse to fine.
-        table: tangents tabulated to a sample of the grid; refinement interpolates between them.
+        table: tangents tabulated to a sample of the grid, or more for curves of many samples; refinement interpolates
+            between them.
         fineness: samples of the resulting warp to a sample of the curve. A warp that skips a piece of curve2 spends
             one of its intervals on it, and the curve does not pass there: coarse warps cannot hold good alignments.
         chunk: pairs computed at once.

@@ -51,7 +51,7 @@ class _Side(NamedTuple):
 def solve(first: Representative, second: Representative, aligner: Aligner) -> tuple[Reading, Reading]:
     """Align `b` pairs; the second onto the first, and the first onto the second."""
     if aligner.slope == 0:
-        return _rigid(first, second, aligner.table)
+        return _rigid(first, second, aligner.grid)
     gamma = _search(first, second, aligner)
     one, two = _tables(first), _tables(second)
     u, rotation = _refined(one.tangents, two.tangents, gamma, aligner.stages)
@@ -73,8 +73,13 @@ def _lanes(array: Float[Array, "b ..."]) -> Float[Array, "..."]:
     return jnp.moveaxis(array, 0, -1)
 
 
-def _rigid(first: Representative, second: Representative, table: int) -> tuple[Reading, Reading]:
-    t1, t2 = first.tangents[..., ::table], second.tangents[..., ::table]
+def on_grid(curve: Representative, grid: int) -> Float[Array, "b d {grid}"]:
+    """The tangents at `grid` equal arc lengths."""
+    return curve.tangents[..., :: curve.tangents.shape[-1] // grid]
+
+
+def _rigid(first: Representative, second: Representative, grid: int) -> tuple[Reading, Reading]:
+    t1, t2 = on_grid(first, grid), on_grid(second, grid)
     shift, c = peak_shift(shift_covariances(t1, t2))
     rotation = best_rotation(c)
     distance = jnp.arccos(jnp.clip(frobenius(rotation, c), -1, 1))
@@ -85,7 +90,7 @@ def _rigid(first: Representative, second: Representative, table: int) -> tuple[R
 
 def _search(first: Representative, second: Representative, aligner: Aligner) -> Float[Array, "nodes k b"]:
     """Warps between arc lengths, best first: the best path from each start, its rotation solved before each pass."""
-    t1, t2 = first.tangents[..., :: aligner.table], second.tangents[..., :: aligner.table]
+    t1, t2 = on_grid(first, aligner.grid), on_grid(second, aligner.grid)
     n, pairs = aligner.grid, t1.shape[0]
     shift, c = find_starts(shift_covariances(t1, t2), aligner.seeds)
     flat = lambda x: x.reshape(*x.shape[:-2], -1)  # noqa: E731

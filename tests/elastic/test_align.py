@@ -327,9 +327,6 @@ def test_the_distance_of_moved_copies_falls_with_the_samples(preset):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    reason="knots and tables of a fixed number: a sharp turn of one curve stays at .04 from 100 samples on"
-)
 def test_the_distance_of_every_moved_copy_falls_to_what_the_samples_say():
     assert (moved_distance(400, ACCURATE) < true_distance(400) + 0.005).all()
 
