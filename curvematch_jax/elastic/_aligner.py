@@ -80,7 +80,7 @@ class Aligner:
 
     @classmethod
     def accurate(cls) -> "Aligner":
-        """The best alignment known, at about a twentieth of the speed."""
+        """The best alignment known, at about a seventh of the speed."""
         stages = Stage(24, 3, 48), Stage(6, 8, 96), Stage(1, 16, 256)
         return cls(seeds=24, passes=3, stages=stages, fineness=8, chunk=32)
 

@@ -116,11 +116,7 @@ def interpolate(table: Float[Array, "*b d m"], x: Float[Array, "*b k"]) -> Float
 
 def _arc_length(speed: Float[Array, "*b m"]) -> Float[Array, "*b m+1"]:
     """Arc length at equal parameters, the whole 1, by the trapezoidal rule."""
-    return _from_zero(speed + jnp.roll(speed, -1, axis=-1))
-
-
-def _from_zero(steps: Float[Array, "*b m"]) -> Float[Array, "*b m+1"]:
-    arcs = jnp.cumsum(steps, axis=-1)
+    arcs = jnp.cumsum(speed + jnp.roll(speed, -1, axis=-1), axis=-1)
     arcs = jnp.concatenate([jnp.zeros_like(arcs[..., :1]), arcs], axis=-1)
     return arcs / jnp.where(arcs[..., -1:] > 0, arcs[..., -1:], 1)
 
