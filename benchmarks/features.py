@@ -25,7 +25,7 @@ import numpy as np
 
 from curvematch_jax.surface import Extraction, Mesh, clean, load_mesh
 from curvematch_jax.surface._features import feature_points
-from curvematch_jax.surface._fields import Geodesics
+from curvematch_jax.surface._fields import Distances, distances_on
 
 LIMBED = ("human", "ant", "octopus", "hand", "plier", "fourleg", "teddy", "armadillo", "bird", "airplane")
 NEAR = 0.05
@@ -43,33 +43,33 @@ def nearest_vertices(mesh: Mesh, points: np.ndarray) -> np.ndarray:
     return np.array([int(np.argmin(np.linalg.norm(mesh.vertices - point, axis=1))) for point in points])
 
 
-def mean_distance(geodesics: Geodesics, start: int) -> np.ndarray:
+def mean_distance(distances: Distances, start: int) -> np.ndarray:
     """Mean geodesic distance `(v,)` to vertices spread evenly over the surface by farthest-point sampling."""
-    nearest = total = geodesics(start)
+    nearest = total = distances(start)
     for _ in range(SOURCES - 1):
-        field = geodesics(int(np.argmax(nearest)))
+        field = distances(int(np.argmax(nearest)))
         nearest, total = np.minimum(nearest, field), total + field
     return total / SOURCES
 
 
-def is_tip(geodesics: Geodesics, landmark: int, centrality: np.ndarray, diameter: float) -> bool:
+def is_tip(distances: Distances, landmark: int, centrality: np.ndarray, diameter: float) -> bool:
     """Whether the mean distance has a maximum close to the landmark (see the head of this file)."""
-    close = np.flatnonzero(geodesics(landmark) <= NEAR * diameter)
+    close = np.flatnonzero(distances(landmark) <= NEAR * diameter)
     peak = int(close[np.argmax(centrality[close])])
-    around = geodesics(peak) <= PEAK * diameter
+    around = distances(peak) <= PEAK * diameter
     return bool(centrality[around].max() <= centrality[peak])
 
 
 def judge(mesh_path: Path, settings: Extraction) -> dict[str, int]:
     """Counts for one model: points, points near a landmark, tips, tips found."""
     mesh, _ = clean(load_mesh(mesh_path), vertices=settings.vertices)
-    geodesics = Geodesics(mesh, settings.field)
-    features = feature_points(mesh, geodesics, settings.epsilon)
+    distances = distances_on(mesh, settings.field)
+    features = feature_points(mesh, distances, settings.epsilon)
     landmarks = nearest_vertices(mesh, read_landmarks(mesh_path.parent / "landmarks" / f"{mesh_path.stem}.vts"))
     reach = NEAR * features.diameter
-    between = np.stack([geodesics(v) for v in landmarks.tolist()])[:, features.vertices] <= reach
-    centrality = mean_distance(geodesics, features.ends[0])
-    tips = np.array([is_tip(geodesics, v, centrality, features.diameter) for v in landmarks.tolist()])
+    between = np.stack([distances(v) for v in landmarks.tolist()])[:, features.vertices] <= reach
+    centrality = mean_distance(distances, features.ends[0])
+    tips = np.array([is_tip(distances, v, centrality, features.diameter) for v in landmarks.tolist()])
     return {
         "points": len(features.vertices),
         "near": int(between.any(axis=0).sum()),

@@ -43,10 +43,13 @@ class Preset(StrEnum):
 
 
 class FieldName(StrEnum):
-    """The geodesic solvers of `Extraction`."""
+    """The distances along the surface of `Extraction`."""
 
     heat = "heat"
     fast_marching = "fast_marching"
+    diffusion = "diffusion"
+    biharmonic = "biharmonic"
+    commute_time = "commute_time"
 
 
 _DEFAULT = Extraction()
@@ -77,7 +80,7 @@ def parts(
     radius: Annotated[float, typer.Option(help="Reach of a part, in diameters.")] = _DEFAULT.radius,
     levels: Annotated[int, typer.Option(help="Level curves of a part.")] = _DEFAULT.levels,
     samples: Annotated[int, typer.Option(help="Points on a curve.")] = _DEFAULT.samples,
-    field: Annotated[FieldName, typer.Option(help="Geodesic solver.")] = _FIELD,
+    field: Annotated[FieldName, typer.Option(help="Distance along the surface.")] = _FIELD,
     vertices: Annotated[int, typer.Option(help="Vertices that meshes are remeshed to.")] = _DEFAULT.vertices,
     jobs: Jobs = _CORES,
     strict: Strict = False,

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._fields import Geodesics
+from ._fields import Distances
 from ._mesh import Mesh
 from ._topology import edges, label_components
 
@@ -12,16 +12,16 @@ _STARTS = 4
 
 
 class Features(NamedTuple):
-    """Feature points of a surface and its geodesic diameter."""
+    """Feature points of a surface and its diameter."""
 
     vertices: np.ndarray  # (P,) in the order in which they were accepted
-    diameter: float  # in mesh units
+    diameter: float  # in the unit of the distances
     ends: tuple[int, int]  # v1, v2
     fallback: bool  # no point satisfied the definition, so these are the ends of the diameter
 
 
-def diameter_pair(mesh: Mesh, geodesics: Geodesics) -> tuple[int, int, float]:
-    """The two vertices farthest apart, and their distance in mesh units.
+def diameter_pair(mesh: Mesh, distances: Distances) -> tuple[int, int, float]:
+    """The two vertices farthest apart, and their distance.
 
     A sweep goes to the vertex farthest from where it stands, until that distance stops growing. The first
     starts from the vertex farthest from the centroid, each of the others from the vertex that is farthest
@@ -31,20 +31,20 @@ def diameter_pair(mesh: Mesh, geodesics: Geodesics) -> tuple[int, int, float]:
     best = (start, start, 0.0)
     nearest = np.full(len(mesh.vertices), np.inf)
     for _ in range(_STARTS):
-        found, visited = _sweep(geodesics, start)
+        found, visited = _sweep(distances, start)
         best = max(best, found, key=lambda pair: pair[2])
         for vertex in visited:
-            nearest = np.minimum(nearest, geodesics(vertex))
+            nearest = np.minimum(nearest, distances(vertex))
         start = int(np.argmax(nearest))
     return best
 
 
-def _sweep(geodesics: Geodesics, start: int) -> tuple[tuple[int, int, float], list[int]]:
+def _sweep(distances: Distances, start: int) -> tuple[tuple[int, int, float], list[int]]:
     visited = [start]
     best = (start, start, 0.0)
     while True:
         here = visited[-1]
-        field = geodesics(here)
+        field = distances(here)
         there = int(np.argmax(field))
         if field[there] <= best[2]:
             return best, visited
@@ -73,7 +73,7 @@ def local_extrema(faces: np.ndarray, field: np.ndarray) -> np.ndarray:
     return np.sort(first[has_above ^ has_below])
 
 
-def feature_points(mesh: Mesh, geodesics: Geodesics, epsilon: float) -> Features:
+def feature_points(mesh: Mesh, distances: Distances, epsilon: float) -> Features:
     """Feature points of a closed, connected mesh (Tabia et al., IEEE PAMI 33(4), 2011, section 3).
 
     `f1` and `f2` are the distances from the ends `v1`, `v2` of the diameter, `F1` and `F2` their local extrema. A
@@ -87,27 +87,27 @@ def feature_points(mesh: Mesh, geodesics: Geodesics, epsilon: float) -> Features
     and `fallback` is set.
 
     Args:
-        geodesics: the distance fields of `mesh`.
-        epsilon: in geodesic diameters.
+        distances: the distance fields of `mesh`, geodesic or spectral.
+        epsilon: in diameters.
     """
-    v1, v2, diameter = diameter_pair(mesh, geodesics)
-    first = local_extrema(mesh.faces, geodesics(v1))
-    second = local_extrema(mesh.faces, geodesics(v2))
+    v1, v2, diameter = diameter_pair(mesh, distances)
+    first = local_extrema(mesh.faces, distances(v1))
+    second = local_extrema(mesh.faces, distances(v2))
     reach = epsilon * diameter
-    candidates = _candidates(geodesics, first, second, reach)
+    candidates = _candidates(distances, first, second, reach)
     if not len(candidates):
         return Features(np.array([v1, v2]), diameter, (v1, v2), True)
-    between = np.stack([geodesics(v)[candidates] for v in candidates.tolist()])
+    between = np.stack([distances(v)[candidates] for v in candidates.tolist()])
     return Features(candidates[_farthest_first(between, reach)], diameter, (v1, v2), False)
 
 
-def _candidates(geodesics: Geodesics, first: np.ndarray, second: np.ndarray, reach: float) -> np.ndarray:
+def _candidates(distances: Distances, first: np.ndarray, second: np.ndarray, reach: float) -> np.ndarray:
     found = set()
     for start in first.tolist():
-        field = geodesics(start)
+        field = distances(start)
         partner = int(second[np.argmin(field[second])])
         if field[partner] <= 2 * reach:
-            farther = np.maximum(field, geodesics(partner))
+            farther = np.maximum(field, distances(partner))
             middle = int(np.argmin(farther))
             if farther[middle] <= reach:
                 found.add(middle)

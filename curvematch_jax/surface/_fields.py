@@ -1,5 +1,6 @@
 """Distance along the surface from one vertex to all others."""
 
+from collections.abc import Callable
 from typing import Literal, get_args
 
 import numpy as np
@@ -7,9 +8,18 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import dijkstra
 
 from ._mesh import Mesh
+from ._spectral import SpectralDistances, SpectralField
 from ._topology import edges, face_areas
 
-Field = Literal["heat", "fast_marching"]
+GeodesicField = Literal["heat", "fast_marching"]
+Field = Literal[GeodesicField, SpectralField]
+
+# Distances `(v,)` of all vertices of one mesh from a vertex, 0 there and positive elsewhere. Every field has a unit of
+# its own, in proportion to the mesh's, so that only shares of its own diameter mean something.
+Distances = Callable[[int], np.ndarray]
+
+# About the geodesic diameter of a creature with limbs, in square roots of the area.
+_DIAMETER = 1.5
 
 # The heat method's time is the square of this length, given in square roots of the area, or of the mean edge if that is
 # longer. A length that does not depend on the mesh makes fields, and so feature points, depend less on it.
@@ -23,6 +33,24 @@ def check_field(field: str) -> None:
     """Raise `ValueError` unless `field` names a method."""
     if field not in get_args(Field):
         raise ValueError(f"field must be one of {', '.join(get_args(Field))}, found {field!r}")
+
+
+def distances_on(mesh: Mesh, field: Field) -> Distances:
+    """The distance fields of one mesh. Spectral ones need a closed connected mesh, as `clean` makes it."""
+    if field == "heat" or field == "fast_marching":
+        return Geodesics(mesh, field)
+    return SpectralDistances(mesh, field)
+
+
+def curve_unit(mesh: Mesh, field: Field, diameter: float) -> float:
+    """What curves are measured in, in mesh units: the diameter of the field where that is a length on the surface.
+
+    A spectral field's is not; with it curves are measured in `1.5 sqrt(area)`. That is about the geodesic
+    diameter of a creature with limbs, but a short cut between two of them leaves it as it is.
+    """
+    if field in get_args(GeodesicField):
+        return diameter
+    return _DIAMETER * float(np.sqrt(face_areas(mesh.vertices, mesh.faces).sum()))
 
 
 class Geodesics:
@@ -39,10 +67,9 @@ class Geodesics:
         field: the method.
     """
 
-    def __init__(self, mesh: Mesh, field: Field = "heat"):
+    def __init__(self, mesh: Mesh, field: GeodesicField = "heat"):
         import potpourri3d
 
-        check_field(field)
         self._mesh = mesh
         self._graph = _edge_graph(mesh)
         self._unit = float(self._graph.data.mean())

@@ -6,7 +6,7 @@ import numpy as np
 
 from ._clean import clean
 from ._features import Features, feature_points
-from ._fields import Field, Geodesics, check_field
+from ._fields import Field, check_field, curve_unit, distances_on
 from ._levels import LevelSets, follow
 from ._mesh import Mesh
 from ._topology import Edges, edges, face_areas
@@ -20,11 +20,14 @@ class Extraction:
     """How parts are made; parts made with different settings are not comparable.
 
     Attributes:
-        epsilon: how close extrema of the two fields must be, and how far apart feature points, in geodesic diameters.
-        radius: how far a part reaches from its feature point, in geodesic diameters.
+        epsilon: how close extrema of the two fields must be, and how far apart feature points, in diameters.
+        radius: how far a part reaches from its feature point, in diameters: the field's distance of the two
+            vertices that are farthest apart.
         levels: level curves of a part, at `radius * k / levels` for k = 1..levels.
         samples: points on a curve.
-        field: the geodesic solver, `"heat"` or `"fast_marching"`.
+        field: the distance along the surface: geodesic, by the solver `"heat"` or `"fast_marching"`, or one of the
+            spectral distances `"diffusion"`, `"biharmonic"` and `"commute_time"`, which change less where a
+            short cut joins two pieces of the surface.
         vertices: the number of vertices that `clean` aims at when it remeshes.
     """
 
@@ -56,12 +59,12 @@ class Parts:
         curves: `(P, L, 3, n)` float32, sampled evenly by arc length, centred, scaled to unit length, component-major;
             counter-clockwise around the feature point seen against the outward normal; zeros where masked.
         mask: `(P, L)` bool, True where the level curve exists.
-        lengths: `(P, L)` float32, curve length over geodesic diameter; 0 where masked.
+        lengths: `(P, L)` float32, curve length over `diameter`; 0 where masked.
         centres: `(P, L, 3)` float32, centroid of the curve in mesh units, so that
             `curve * length * diameter + centre` is the curve on the mesh; 0 where masked.
         areas: `(P,)` float32, share of the surface's area within `radius` of the feature point.
         points: `(P, 3)` float32, the feature points in mesh units.
-        diameter: geodesic diameter in mesh units.
+        diameter: geodesic diameter in mesh units; with spectral distances 1.5 times the square root of the area.
         settings: how they were made.
         notes: what cleaning changed, and warnings.
     """
@@ -88,20 +91,21 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
         ImportError: cleaning needs a library of the extra `prep`; the message has the line that installs it.
     """
     mesh, report = clean(mesh, vertices=extraction.vertices)
-    geodesics = Geodesics(mesh, extraction.field)
-    features = feature_points(mesh, geodesics, extraction.epsilon)
+    distances = distances_on(mesh, extraction.field)
+    features = feature_points(mesh, distances, extraction.epsilon)
+    unit = curve_unit(mesh, extraction.field, features.diameter)
     table = edges(mesh.faces)
-    parts = [_part(mesh, table, geodesics(v), v, features.diameter, extraction) for v in features.vertices.tolist()]
+    parts = [_part(mesh, table, distances(v), v, features.diameter, extraction) for v in features.vertices.tolist()]
     curves, mask, lengths, centres, areas = (np.stack(column) for column in zip(*parts, strict=True))
     return Parts(
         name=mesh.name,
         curves=curves.astype(np.float32),
         mask=mask,
-        lengths=lengths.astype(np.float32),
+        lengths=(lengths / unit).astype(np.float32),
         centres=centres.astype(np.float32),
         areas=areas.astype(np.float32),
         points=mesh.vertices[features.vertices].astype(np.float32),
-        diameter=features.diameter,
+        diameter=unit,
         settings=extraction,
         notes=report.messages + _warnings(features, mask),
     )
@@ -120,7 +124,7 @@ def _part(
     for k, curve in enumerate(found):
         if curve is not None:
             curves[k], lengths[k], centres[k] = normalise(curve, extraction.samples)
-    return curves, mask, lengths / diameter, centres, area_share(mesh, relative, extraction.radius)
+    return curves, mask, lengths, centres, area_share(mesh, relative, extraction.radius)
 
 
 def normalise(polyline: np.ndarray, samples: int) -> tuple[np.ndarray, float, np.ndarray]:
@@ -153,7 +157,7 @@ def area_share(mesh: Mesh, function: np.ndarray, value: float) -> np.ndarray:
 def _warnings(features: Features, mask: np.ndarray) -> tuple[str, ...]:
     notes = []
     if features.fallback:
-        notes.append("no feature point: the two ends of the geodesic diameter are used instead")
+        notes.append("no feature point: the two ends of the diameter are used instead")
     empty = int((~mask.any(axis=1)).sum())
     if empty:
         notes.append(f"{empty} of {len(mask)} parts have no level curve")

@@ -80,5 +80,5 @@ def test_fields_are_kept_and_read_only():
 
 
 def test_unknown_method():
-    with pytest.raises(ValueError, match="field must be one of heat, fast_marching, found 'exact'"):
+    with pytest.raises(ValueError, match="one of heat, fast_marching, diffusion, biharmonic, commute_time, found 'ex"):
         check_field("exact")
