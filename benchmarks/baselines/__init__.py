@@ -11,7 +11,7 @@ import numpy as np
 
 from curvematch_jax.surface import Mesh
 
-from . import shapedna
+from . import d2, shapedna
 
 
 @dataclass(frozen=True)
@@ -30,4 +30,7 @@ class Baseline:
     compare: Callable[[Sequence[Any], Sequence[Any]], np.ndarray]
 
 
-BASELINES: tuple[Baseline, ...] = (Baseline("ShapeDNA", shapedna.describe, shapedna.compare),)
+BASELINES: tuple[Baseline, ...] = (
+    Baseline("D2", d2.describe, d2.compare),
+    Baseline("ShapeDNA", shapedna.describe, shapedna.compare),
+)
