@@ -29,7 +29,7 @@ def uniform_points(mesh: Mesh, count: int, random: np.random.Generator) -> np.nd
     """Points `(count, 3)`, in a random order, of which every face holds its share by area to within one."""
     shares = np.cumsum(face_areas(mesh.vertices, mesh.faces))
     places = (np.arange(count) + random.random(count)) / count * shares[-1]
-    faces = np.searchsorted(shares[:-1], random.permutation(places))
+    faces = random.permutation(np.searchsorted(shares[:-1], places))
     a, b, c = (mesh.vertices[mesh.faces[faces, corner]] for corner in range(3))
     along, across = np.sqrt(random.random((count, 1))), random.random((count, 1))
     return (1 - along) * a + along * (1 - across) * b + along * across * c
