@@ -11,7 +11,7 @@ import numpy as np
 
 from curvematch_jax.surface import Mesh
 
-from . import d2, geodesic_d2, shapedna
+from . import d2, geodesic_d2, rsh, shapedna
 
 
 @dataclass(frozen=True)
@@ -33,5 +33,6 @@ class Baseline:
 BASELINES: tuple[Baseline, ...] = (
     Baseline("D2", d2.describe, d2.compare),
     Baseline("geodesic D2", geodesic_d2.describe, geodesic_d2.compare),
+    Baseline("RSH", rsh.describe, rsh.compare),
     Baseline("ShapeDNA", shapedna.describe, shapedna.compare),
 )
