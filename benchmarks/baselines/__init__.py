@@ -11,7 +11,7 @@ import numpy as np
 
 from curvematch_jax.surface import Mesh
 
-from . import d2, geodesic_d2, rsh, shapedna
+from . import d2, dsr, geodesic_d2, rsh, shapedna
 
 
 @dataclass(frozen=True)
@@ -34,5 +34,6 @@ BASELINES: tuple[Baseline, ...] = (
     Baseline("D2", d2.describe, d2.compare),
     Baseline("geodesic D2", geodesic_d2.describe, geodesic_d2.compare),
     Baseline("RSH", rsh.describe, rsh.compare),
+    Baseline("DSR", dsr.describe, dsr.compare),
     Baseline("ShapeDNA", shapedna.describe, shapedna.compare),
 )

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from surface.shapes import cube, limbed, moved, sphere
+from surface.shapes import limbed, moved, sphere
 
 from benchmarks.baselines import rsh
 from curvematch_jax.surface import Mesh
@@ -27,15 +27,3 @@ def test_turned_and_scaled_is_the_same():
     turned = Rotation.from_euler("xyz", [1.0, 2.0, 3.0]).apply(3 * star.vertices)
     first, second = rsh.describe(star), rsh.describe(Mesh(turned, star.faces))
     assert rsh.compare([first], [second])[0, 0] < 1e-9
-
-
-def test_reach_is_the_farthest_intersection_on_that_side():
-    boxes = np.concatenate([(cube().vertices + offset)[cube().faces] for offset in ([1, -0.3, -0.4], [4, -0.3, -0.4])])
-    directions = np.array([[1, 0, 0], [-1, 0, 0], [0, 0, 1], [0.96, 0.28, 0]])
-    np.testing.assert_allclose(rsh.reach(boxes, directions), [5, 0, 0, 2 / 0.96])
-
-
-def test_rays_through_edges_and_corners_meet_the_surface():
-    box = cube(2).vertices - 0.5
-    directions = box / np.linalg.norm(box, axis=1, keepdims=True)
-    np.testing.assert_allclose(rsh.reach(box[cube(2).faces], directions), np.linalg.norm(box, axis=1))
