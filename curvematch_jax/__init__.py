@@ -4,7 +4,7 @@
 models by their parts. Mesh and picture libraries are loaded on their first use.
 """
 
-from .datasets import Creature, creature, creatures, labelled_folder
+from .datasets import Composite, Creature, composites, creature, creatures, labelled_folder
 from .elastic import (
     Aligner,
     Alignment,
@@ -48,6 +48,7 @@ __all__ = [
     "Aligner",
     "Alignment",
     "CleanReport",
+    "Composite",
     "Creature",
     "Extraction",
     "Geodesic",
@@ -64,6 +65,7 @@ __all__ = [
     "alignment_distance",
     "centre",
     "clean",
+    "composites",
     "creature",
     "creatures",
     "dissimilarity_matrix",
