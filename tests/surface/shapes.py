@@ -1,5 +1,7 @@
 """Small generated surfaces."""
 
+from itertools import pairwise
+
 import numpy as np
 import trimesh
 
@@ -66,3 +68,33 @@ def without(mesh: Mesh, faces: np.ndarray) -> Mesh:
 def soup(mesh: Mesh) -> Mesh:
     """Every corner a vertex of its own, as in an STL file."""
     return Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3), mesh.name)
+
+
+def bridged(mesh: Mesh, first: int, second: int, steps: int = 12) -> Mesh:
+    """A short cut: two faces, given by their numbers, become the ends of a straight tube of three sides."""
+    start, end = mesh.faces[first], mesh.faces[second][::-1]  # the same way round, seen along the tube
+    apart = [np.linalg.norm(mesh.vertices[start] - mesh.vertices[np.roll(end, k)], axis=1).sum() for k in range(3)]
+    end = np.roll(end, int(np.argmin(apart)))
+    shares = np.arange(1, steps)[:, None, None] / steps
+    inner = (1 - shares) * mesh.vertices[start] + shares * mesh.vertices[end]
+    rings = [start, *(len(mesh.vertices) + np.arange(3 * (steps - 1)).reshape(-1, 3)), end]
+    sides = []
+    for low, high in pairwise(rings):
+        ahead, above = np.roll(low, -1), np.roll(high, -1)
+        sides += [np.stack([low, ahead, high], axis=1), np.stack([ahead, above, high], axis=1)]
+    kept = np.delete(mesh.faces, [first, second], axis=0)
+    return Mesh(np.concatenate([mesh.vertices, inner.reshape(-1, 3)]), np.concatenate([kept, *sides]), "bridged")
+
+
+def horseshoe(thickness: float = 0.25, gap: float = 0.6) -> Mesh:
+    """A tube bent around a circle of radius 1 up to a gap (radians). The first two vertices are its round ends."""
+    half = np.pi - gap / 2 - thickness
+    turn = np.linspace(0, np.pi / 2, 9)
+    cap = np.stack([thickness * np.sin(turn), half + thickness * np.cos(turn)], axis=1)
+    tube = np.stack([np.full(61, thickness), np.linspace(half, -half, 61)], axis=1)
+    made = trimesh.creation.revolve(np.concatenate([cap[:-1], tube, cap[-2::-1] * [1, -1]]), sections=24)
+    x, y, along = np.asarray(made.vertices).T
+    bent = np.stack([(1 + x) * np.cos(along), (1 + x) * np.sin(along), y], axis=1)
+    order = np.argsort(np.abs(along) < along.max(), kind="stable")
+    rank = np.argsort(order)
+    return Mesh(bent[order], rank[np.asarray(made.faces)], "horseshoe")
