@@ -21,8 +21,8 @@ SpectralField = Literal["diffusion", "biharmonic", "commute_time"]
 # they tell fingers apart, and no triangles.
 _EIGENPAIRS = 150
 
-# Diffusion time over area. A short cut leaves the area as it is, but not the lowest eigenvalue. With 0.02 the sides of
-# a limb are as far apart as its ends, with 0.1 small limbs are lost in their surroundings.
+# Diffusion time over area, which a short cut leaves as it is, unlike the lowest eigenvalue. With 0.02 a snake has
+# feature points all along its body, with 0.1 some horses have none at their ears.
 _TIME = 0.05
 
 # Eigenvalues are looked for next to this value, with the area as unit: just below 0, where the matrix is regular.

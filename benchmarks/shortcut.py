@@ -1,0 +1,175 @@
+"""What a topological short cut does to parts and to retrieval, for every distance along the surface.
+
+    python benchmarks/shortcut.py [--poses 3] [--widths 0.02 0.06] [--out FILE.json]
+
+The creatures of all classes are compared with themselves after a bridge has joined a limb to what it nearly touches
+(`_bridge.py`; widths in square roots of the area, where limbs are 0.06 to 0.1 wide). For every field:
+
+- points: the share of feature points that have one of the bridged creature within 0.05 geodesic diameters, and how
+  many points of the bridged creature are near none, per creature;
+- curves: of these pairs of points, the mean elastic distance of curves of one level (radians), and the mean absolute
+  logarithm of the ratio of their lengths; the share of levels that only one of the two has;
+- retrieval: the creature, bridged or not, queries all other creatures, which are not bridged. Nearest neighbour and
+  mean average precision over the same queries before and after.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import sys
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+from _bridge import with_short_cut
+from _measure import say
+
+from curvematch_jax import Aligner, Extraction, Matching, Mesh, MeshError, Parts, extract_parts, pair_distances, rank
+from curvematch_jax.datasets import creatures
+from curvematch_jax.retrieval._measures import average_precision, nearest_neighbour
+from curvematch_jax.surface._features import diameter_pair
+from curvematch_jax.surface._fields import Field, Geodesics
+
+NEAR = 0.05
+_PACKAGES = ("curvematch_jax", "jax", "numpy", "scipy", "potpourri3d", "manifold3d")
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A creature and its short cuts, by width; none where there is no place for one."""
+
+    mesh: Mesh
+    label: str
+    diameter: float
+    bridged: dict[float, Mesh]
+
+
+def models(poses: int, widths: Sequence[float]) -> list[Model]:
+    """The creatures, most of them with short cuts."""
+    made = []
+    for creature in creatures(poses=poses):
+        diameter = diameter_pair(creature.mesh, Geodesics(creature.mesh))[2]
+        try:
+            bridged = {width: with_short_cut(creature.mesh, width)[0] for width in widths}
+        except MeshError as error:
+            say(str(error))
+            bridged = {}
+        made.append(Model(creature.mesh, creature.label, diameter, bridged))
+    return made
+
+
+def judged(field: Field, collection: Sequence[Model], widths: Sequence[float]) -> dict[float, dict[str, float]]:
+    """The figures of one field, for each width."""
+    settings = Extraction(field=field)
+    clean = [extract_parts(model.mesh, settings) for model in collection]
+    labels = [model.label for model in collection]
+    chosen = [k for k, model in enumerate(collection) if model.bridged]
+    before = retrieval(chosen, [clean[k] for k in chosen], clean, labels)
+    rows = {}
+    for width in widths:
+        bridged = [extract_parts(collection[k].bridged[width], settings) for k in chosen]
+        pairs = [(clean[k], other, collection[k].diameter) for k, other in zip(chosen, bridged, strict=True)]
+        after = retrieval(chosen, bridged, clean, labels)
+        rows[width] = changes(pairs) | before_and_after(before, after)
+        say(f"{field}, width {width}: {rows[width]}")
+    return rows
+
+
+def changes(pairs: Iterable[tuple[Parts, Parts, float]]) -> dict[str, float]:
+    """How points and curves change, from parts before and after and the geodesic diameter before."""
+    found, new, shapes, sizes, levels = [], [], [], [], []
+    for before, after, diameter in pairs:
+        apart = np.linalg.norm(before.points[:, None] - after.points[None], axis=2) / diameter
+        found += (apart.min(axis=1) <= NEAR).tolist()
+        new.append(int((apart.min(axis=0) > NEAR).sum()))
+        kept = np.flatnonzero(apart.min(axis=1) <= NEAR)
+        partner = apart.argmin(axis=1)[kept]
+        one, other = before.mask[kept], after.mask[partner]
+        levels += (one ^ other)[one | other].tolist()
+        both = one & other
+        ratio = after.lengths[partner][both] / before.lengths[kept][both]
+        sizes += np.abs(np.log(ratio)).tolist()
+        shapes += elastic(before.curves[kept][both], after.curves[partner][both])
+    return {
+        "points": len(found),
+        "points_found": float(np.mean(found)),
+        "points_new": float(np.mean(new)),
+        "levels_changed": float(np.mean(levels)),
+        "curve_distance": float(np.mean(shapes)),
+        "log_length_ratio": float(np.mean(sizes)),
+    }
+
+
+def elastic(first: np.ndarray, second: np.ndarray) -> list[float]:
+    """Elastic distances of curves `(c, 3, n)`, one by one."""
+    if not len(first):
+        return []
+    pairs = np.repeat(np.arange(len(first))[:, None], 2, axis=1)
+    return np.asarray(pair_distances(first, second, pairs, Aligner.fast())).tolist()
+
+
+def retrieval(
+    chosen: Sequence[int], queries: Sequence[Parts], collection: Sequence[Parts], labels: Sequence[str]
+) -> dict[str, float]:
+    """Nearest neighbour and mean average precision of queries that are some of the collection, or made from them."""
+    first, precision = [], []
+    for k, query in zip(chosen, queries, strict=True):
+        others = [j for j in range(len(collection)) if j != k]
+        order = rank(query, [collection[j] for j in others], Matching()).order
+        relevant = np.array([labels[j] == labels[k] for j in others])[order]
+        first.append(nearest_neighbour(relevant))
+        precision.append(average_precision(relevant))
+    return {"nn": float(np.mean(first)), "map": float(np.mean(precision))}
+
+
+def before_and_after(before: dict[str, float], after: dict[str, float]) -> dict[str, float]:
+    """Both in one row."""
+    return {f"{name}_{when}": row[name] for name in before for when, row in (("before", before), ("after", after))}
+
+
+def show(results: dict[Field, dict[float, dict[str, float]]]) -> None:
+    """A table for each width."""
+    for width in next(iter(results.values())):
+        print(f"\nbridges of width {width}")
+        print("field         found   new  levels  curves  lengths  NN before  after  mAP before  after")
+        for field, rows in results.items():
+            row = rows[width]
+            print(
+                f"{field:12} {row['points_found']:6.3f} {row['points_new']:5.2f} {row['levels_changed']:7.3f} "
+                f"{row['curve_distance']:7.3f} {row['log_length_ratio']:8.3f} {row['nn_before']:10.3f} "
+                f"{row['nn_after']:6.3f} {row['map_before']:11.3f} {row['map_after']:6.3f}"
+            )
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Parts and retrieval under topological short cuts.")
+    parser.add_argument("--poses", type=int, default=3, help="creatures of a class")
+    parser.add_argument("--widths", type=float, nargs="+", default=[0.02, 0.06], help="in square roots of the area")
+    parser.add_argument("--fields", nargs="+", choices=get_args(Field), default=get_args(Field))
+    parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the figures here, too")
+    arguments = parser.parse_args()
+    start = time.perf_counter()
+    collection = models(arguments.poses, arguments.widths)
+    results = {field: judged(field, collection, arguments.widths) for field in arguments.fields}
+    show(results)
+    if arguments.out:
+        facts = {
+            "creatures": len(collection),
+            "queries": sum(bool(model.bridged) for model in collection),
+            "settings": asdict(Extraction()) | {"field": "each"},
+            "seconds": time.perf_counter() - start,
+            "python": platform.python_version(),
+            "versions": {name: version(name) for name in _PACKAGES},
+        }
+        arguments.out.write_text(json.dumps({**facts, "fields": results}, indent=1, allow_nan=False) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
