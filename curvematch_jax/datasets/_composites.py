@@ -87,7 +87,7 @@ class _Workshop:
         return min(drawn, key=lambda pair: (uses[pair[0]] + uses[pair[1]], uses[pair]))
 
     def composite(self, labels: tuple[str, str]) -> Composite | None:
-        """Of the next models of two classes that can be joined; None when no few of them can."""
+        """Of the next models of two classes that can be joined; None when several tries have failed."""
         labels = labels if self._rng.random() < 0.5 else (labels[1], labels[0])
         for attempt in range(_ALONG + _ANYHOW):
             first, second = self._next(labels[0]), self._next(labels[1])
