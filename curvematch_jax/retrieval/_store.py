@@ -21,10 +21,10 @@ import numpy as np
 
 from ..surface import Extraction, Parts
 
-PARTS_FORMAT = 1
+PARTS_FORMAT = 2
 MATRIX_FORMAT = 1
 
-_ARRAYS = ("curves", "mask", "lengths", "centres", "areas", "points")
+_ARRAYS = ("curves", "mask", "lengths", "fronts", "centres", "areas", "points", "between")
 _FIELDS = (*_ARRAYS, "name", "diameter", "settings", "notes")
 
 
@@ -218,9 +218,11 @@ def _check_arrays(arrays: Mapping[str, np.ndarray], settings: Extraction) -> Non
         "curves": (count, levels, 3, settings.samples),
         "mask": (count, levels),
         "lengths": (count, levels),
+        "fronts": (count, levels),
         "centres": (count, levels, 3),
         "areas": (count,),
         "points": (count, 3),
+        "between": (count, count),
     }
     for name, shape in shapes.items():
         if arrays[name].shape != shape:

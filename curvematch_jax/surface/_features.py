@@ -17,7 +17,8 @@ class Features(NamedTuple):
     vertices: np.ndarray  # (P,) in the order in which they were accepted
     diameter: float  # in the unit of the distances
     ends: tuple[int, int]  # v1, v2
-    fallback: bool  # no point satisfied the definition, so these are the ends of the diameter
+    fallback: bool  # no point satisfied the definition, so the ends of the diameter stand in
+    added: int  # how many of the vertices, the last ones, were added to make up the number that was asked for
 
 
 def diameter_pair(mesh: Mesh, distances: Distances) -> tuple[int, int, float]:
@@ -73,7 +74,7 @@ def local_extrema(faces: np.ndarray, field: np.ndarray) -> np.ndarray:
     return np.sort(first[has_above ^ has_below])
 
 
-def feature_points(mesh: Mesh, distances: Distances, epsilon: float) -> Features:
+def feature_points(mesh: Mesh, distances: Distances, epsilon: float, least: int = 1) -> Features:
     """Feature points of a closed, connected mesh (Tabia et al., IEEE PAMI 33(4), 2011, section 3).
 
     `f1` and `f2` are the distances from the ends `v1`, `v2` of the diameter, `F1` and `F2` their local extrema. A
@@ -84,21 +85,26 @@ def feature_points(mesh: Mesh, distances: Distances, epsilon: float) -> Features
     `F2`. They are accepted farthest first: the first is the candidate with the largest mean distance to the others,
     each next one the candidate farthest from those accepted, until none is more than `epsilon` away from
     them. Ties go to the lower vertex index. When no vertex qualifies the ends of the diameter are the feature points,
-    and `fallback` is set.
+    and `fallback` is set. While there are fewer than `least`, the vertex farthest from all of them is added: cups,
+    rings and mechanical parts have few tips or none, and one or two points say little about them.
 
     Args:
         distances: the distance fields of `mesh`, geodesic or spectral.
         epsilon: in diameters.
+        least: how many points there are at least.
     """
     v1, v2, diameter = diameter_pair(mesh, distances)
     first = local_extrema(mesh.faces, distances(v1))
     second = local_extrema(mesh.faces, distances(v2))
     reach = epsilon * diameter
     candidates = _candidates(distances, first, second, reach)
-    if not len(candidates):
-        return Features(np.array([v1, v2]), diameter, (v1, v2), True)
-    between = np.stack([distances(v)[candidates] for v in candidates.tolist()])
-    return Features(candidates[_farthest_first(between, reach)], diameter, (v1, v2), False)
+    if len(candidates):
+        between = np.stack([distances(v)[candidates] for v in candidates.tolist()])
+        found = candidates[_farthest_first(between, reach)].tolist()
+    else:
+        found = [v1, v2]
+    vertices = _made_up(distances, found, least)
+    return Features(np.array(vertices), diameter, (v1, v2), not len(candidates), len(vertices) - len(found))
 
 
 def _candidates(distances: Distances, first: np.ndarray, second: np.ndarray, reach: float) -> np.ndarray:
@@ -121,3 +127,12 @@ def _farthest_first(between: np.ndarray, reach: float) -> list[int]:
         accepted.append(int(np.argmax(nearest)))
         nearest = np.minimum(nearest, between[accepted[-1]])
     return accepted
+
+
+def _made_up(distances: Distances, vertices: list[int], least: int) -> list[int]:
+    """The vertices, and while they are fewer than `least` the one farthest from them all."""
+    vertices = list(vertices)
+    while len(vertices) < least:
+        nearest = np.minimum.reduce([distances(v) for v in vertices])
+        vertices.append(int(np.argmax(nearest)))
+    return vertices

@@ -77,6 +77,24 @@ class LevelSets:
         return following
 
 
+def front_lengths(mesh: Mesh, function: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Length of the whole level set, all its curves together, at each of the values `(L,)`.
+
+    In a face the level sets are parallel segments whose length grows linearly from the lowest corner to the middle
+    one and falls to the highest.
+    """
+    order = np.argsort(function[mesh.faces], axis=1)
+    corners = mesh.vertices[np.take_along_axis(mesh.faces, order, axis=1)]
+    low, middle, high = np.take_along_axis(function[mesh.faces], order, axis=1).T[..., None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = (middle - low) / (high - low)
+        rising, falling = (values - low) / (middle - low), (high - values) / (high - middle)
+    across = corners[:, 0] + along * (corners[:, 2] - corners[:, 0]) - corners[:, 1]
+    share = np.where(values <= middle, rising, falling)
+    crossed = (values >= low) & (values < high) & np.isfinite(share)
+    return np.linalg.norm(across, axis=1) @ np.where(crossed, share, 0.0)
+
+
 def _curves(points: np.ndarray, following: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     here = np.flatnonzero(following >= 0)
     number, labels = label_components(len(points), np.stack([here, following[here]], axis=1))

@@ -7,7 +7,7 @@ import numpy as np
 from ._clean import clean
 from ._features import Features, feature_points
 from ._fields import Field, check_field, curve_unit, distances_on
-from ._levels import LevelSets, follow
+from ._levels import LevelSets, follow, front_lengths
 from ._mesh import Mesh
 from ._topology import Edges, edges, face_areas
 
@@ -23,31 +23,43 @@ class Extraction:
         epsilon: how close extrema of the two fields must be, and how far apart feature points, in diameters.
         radius: how far a part reaches from its feature point, in diameters: the field's distance of the two
             vertices that are farthest apart.
-        levels: level curves of a part, at `radius * k / levels` for k = 1..levels.
+        levels: level curves of a part, at `radius * (k / (levels + 1))^spacing` for k = 2..levels + 1. What would be the
+            first is left out: so close to its point a curve is the mesh's, not the surface's.
+        spacing: 1 for levels that are evenly spaced; more for levels that are denser next to the feature point.
         samples: points on a curve.
         field: the distance along the surface: geodesic, by the solver `"heat"` or `"fast_marching"`, or one of the
             spectral distances `"diffusion"`, `"biharmonic"` and `"commute_time"`, which change less where a
             short cut joins two pieces of the surface.
         vertices: the number of vertices that `clean` aims at when it remeshes.
+        least: how many parts an object has at least; farthest points make up for feature points that are not there.
     """
 
     epsilon: float = 0.05
-    radius: float = 0.4
-    levels: int = 10
+    radius: float = 0.8
+    levels: int = 23
     samples: int = 100
     field: Field = "heat"
     vertices: int = 5000
+    spacing: float = 1.5
+    least: int = 4
 
     def __post_init__(self) -> None:
         if not 0 < self.epsilon < 1:
             raise ValueError(f"epsilon must lie between 0 and 1 diameters, found {self.epsilon}")
         if not 0 < self.radius < 1:
             raise ValueError(f"radius must lie between 0 and 1 diameters, found {self.radius}")
+        if not 0 < self.spacing < np.inf:
+            raise ValueError(f"spacing must be more than 0, found {self.spacing}")
         check_field(self.field)
-        for name, least in (("levels", 1), ("samples", 8), ("vertices", 100)):
+        for name, least in (("levels", 1), ("samples", 8), ("vertices", 100), ("least", 1)):
             value = getattr(self, name)
             if not isinstance(value, int) or value < least:
                 raise ValueError(f"{name} must be an integer of at least {least}, found {value!r}")
+
+    @property
+    def radii(self) -> np.ndarray:
+        """Where the level curves are, `(levels,)`, in diameters."""
+        return self.radius * (np.arange(2, self.levels + 2) / (self.levels + 1)) ** self.spacing
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,10 +72,13 @@ class Parts:
             counter-clockwise around the feature point seen against the outward normal; zeros where masked.
         mask: `(P, L)` bool, True where the level curve exists.
         lengths: `(P, L)` float32, curve length over `diameter`; 0 where masked.
+        fronts: `(P, L)` float32, length of all curves of the level set together, whether the part follows them or not,
+            over `diameter`; 0 where the level set is empty.
         centres: `(P, L, 3)` float32, centroid of the curve in mesh units, so that
             `curve * length * diameter + centre` is the curve on the mesh; 0 where masked.
         areas: `(P,)` float32, share of the surface's area within `radius` of the feature point.
         points: `(P, 3)` float32, the feature points in mesh units.
+        between: `(P, P)` float32, distances of the feature points from each other, in diameters of the field.
         diameter: geodesic diameter in mesh units; with spectral distances 1.5 times the square root of the area.
         settings: how they were made.
         notes: what cleaning changed, and warnings.
@@ -73,9 +88,11 @@ class Parts:
     curves: np.ndarray
     mask: np.ndarray
     lengths: np.ndarray
+    fronts: np.ndarray
     centres: np.ndarray
     areas: np.ndarray
     points: np.ndarray
+    between: np.ndarray
     diameter: float
     settings: Extraction
     notes: tuple[str, ...]
@@ -92,19 +109,22 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
     """
     mesh, report = clean(mesh, vertices=extraction.vertices)
     distances = distances_on(mesh, extraction.field)
-    features = feature_points(mesh, distances, extraction.epsilon)
+    features = feature_points(mesh, distances, extraction.epsilon, extraction.least)
     unit = curve_unit(mesh, extraction.field, features.diameter)
     table = edges(mesh.faces)
     parts = [_part(mesh, table, distances(v), v, features.diameter, extraction) for v in features.vertices.tolist()]
-    curves, mask, lengths, centres, areas = (np.stack(column) for column in zip(*parts, strict=True))
+    curves, mask, lengths, fronts, centres, areas = (np.stack(column) for column in zip(*parts, strict=True))
+    between = np.stack([distances(v)[features.vertices] for v in features.vertices.tolist()]) / features.diameter
     return Parts(
         name=mesh.name,
         curves=curves.astype(np.float32),
         mask=mask,
         lengths=(lengths / unit).astype(np.float32),
+        fronts=(fronts / unit).astype(np.float32),
         centres=centres.astype(np.float32),
         areas=areas.astype(np.float32),
         points=mesh.vertices[features.vertices].astype(np.float32),
+        between=((between + between.T) / 2).astype(np.float32),
         diameter=unit,
         settings=extraction,
         notes=report.messages + _warnings(features, mask),
@@ -113,10 +133,11 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
 
 def _part(
     mesh: Mesh, table: Edges, distance: np.ndarray, vertex: int, diameter: float, extraction: Extraction
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, ...]:
     relative = distance / diameter
-    values = extraction.radius * np.arange(1, extraction.levels + 1) / extraction.levels
+    values = extraction.radii
     found = follow(LevelSets(mesh, relative, table), vertex, values, _DOMINANCE)
+    fronts = front_lengths(mesh, relative, values)
     curves = np.zeros((extraction.levels, 3, extraction.samples))
     lengths = np.zeros(extraction.levels)
     centres = np.zeros((extraction.levels, 3))
@@ -124,7 +145,7 @@ def _part(
     for k, curve in enumerate(found):
         if curve is not None:
             curves[k], lengths[k], centres[k] = normalise(curve, extraction.samples)
-    return curves, mask, lengths, centres, area_share(mesh, relative, extraction.radius)
+    return curves, mask, lengths, fronts, centres, area_share(mesh, relative, extraction.radius)
 
 
 def normalise(polyline: np.ndarray, samples: int) -> tuple[np.ndarray, float, np.ndarray]:
@@ -158,6 +179,8 @@ def _warnings(features: Features, mask: np.ndarray) -> tuple[str, ...]:
     notes = []
     if features.fallback:
         notes.append("no feature point: the two ends of the diameter are used instead")
+    if features.added:
+        notes.append(f"{features.added} of {len(mask)} parts are around farthest points, since feature points are few")
     empty = int((~mask.any(axis=1)).sum())
     if empty:
         notes.append(f"{empty} of {len(mask)} parts have no level curve")

@@ -24,9 +24,11 @@ def synthetic_parts(
         "curves": curves.astype(np.float32),
         "mask": mask,
         "lengths": rng.uniform(0.1, 0.5, size=shape[:2]).astype(np.float32),
+        "fronts": rng.uniform(0.5, 1.0, size=shape[:2]).astype(np.float32),
         "centres": rng.normal(size=(*shape[:2], 3)).astype(np.float32),
         "areas": rng.uniform(0.05, 0.3, size=parts).astype(np.float32),
         "points": rng.normal(size=(parts, 3)).astype(np.float32),
+        "between": np.ones((parts, parts), np.float32) - np.eye(parts, dtype=np.float32),
         "notes": (),
     }
     return Parts(name=name, diameter=2.0, settings=settings, **(fields | changes))

@@ -4,7 +4,7 @@ from surface.shapes import AXES, cube, limbed, sphere, torus, without
 
 from curvematch_jax.surface import Mesh
 from curvematch_jax.surface._fields import Geodesics
-from curvematch_jax.surface._levels import LevelSets, follow
+from curvematch_jax.surface._levels import LevelSets, follow, front_lengths
 from curvematch_jax.surface._topology import compact
 
 
@@ -151,3 +151,13 @@ def test_no_curve_is_invented_past_the_end_of_the_surface():
     ball = sphere(3)
     distance = Geodesics(ball)(0)
     assert follow(LevelSets(ball, distance), 0, np.array([1.0, 4.0, 5.0]), 0.6)[1:] == [None, None]
+
+
+def test_front_lengths_are_those_of_all_curves_of_the_level_sets():
+    mesh = limbed()
+    height = mesh.vertices[:, 0]
+    values = np.quantile(height, [0.02, 0.3, 0.7, 0.97])
+    sets = LevelSets(mesh, height)
+    expected = [sets(value).lengths.sum() for value in values]
+    np.testing.assert_allclose(front_lengths(mesh, height, values), expected, rtol=1e-9)
+    assert front_lengths(mesh, height, np.array([height.max() + 1.0]))[0] == 0

@@ -5,7 +5,7 @@ from surface.shapes import AXES, cube, joined, limbed, moved, sphere, torus, wit
 from curvematch_jax.surface import Extraction, Mesh, MeshError, Parts, extract_parts
 from curvematch_jax.surface._parts import area_share, normalise
 
-SETTINGS = Extraction(levels=6, samples=64, vertices=2500)
+SETTINGS = Extraction(radius=0.4, levels=6, spacing=1.0, samples=64, vertices=2500)
 
 
 @pytest.fixture(scope="module")
@@ -30,6 +30,10 @@ def assert_sound(parts: Parts) -> None:
         assert array.dtype == np.float32
         assert np.isfinite(array).all()
     assert (parts.lengths[parts.mask] > 0).all()
+    assert (parts.fronts >= parts.lengths * (1 - 1e-2)).all()  # sampled curves cut corners
+    assert parts.between.shape == (count, count)
+    np.testing.assert_array_equal(parts.between, parts.between.T)
+    assert not np.diag(parts.between).any()
     assert (parts.areas > 0).all()
     assert (parts.areas <= 1).all()
     assert not parts.curves[~parts.mask].any()
@@ -77,7 +81,7 @@ def test_parts_do_not_depend_on_the_unit(scale):
 
 def test_extraction_is_deterministic(parts):
     again = extract_parts(limbed(), SETTINGS)
-    for name in ("curves", "mask", "lengths", "centres", "areas", "points"):
+    for name in ("curves", "mask", "lengths", "fronts", "centres", "areas", "points", "between"):
         np.testing.assert_array_equal(getattr(again, name), getattr(parts, name))
 
 
@@ -110,6 +114,8 @@ def test_what_is_no_surface_is_refused():
     [
         ({"epsilon": 0.0}, "epsilon must lie between 0 and 1"),
         ({"radius": 1.5}, "radius must lie between 0 and 1"),
+        ({"spacing": 0.0}, "spacing must be more than 0, found 0.0"),
+        ({"least": 0}, "least must be an integer of at least 1, found 0"),
         ({"levels": 0}, "levels must be an integer of at least 1, found 0"),
         ({"samples": 3}, "samples must be an integer of at least 8"),
         ({"vertices": 10}, "vertices must be an integer of at least 100"),
@@ -145,3 +151,20 @@ def test_area_below_a_plane_that_cuts_the_cube(value):
     outer = 0.0 if shifted <= 0 else shifted**2 / 2 if shifted <= 1 else 1 - (2 - shifted) ** 2 / 2
     assert float(area_share(box, function, value)) == pytest.approx((3 * inner + 3 * outer) / 6)
     assert float(area_share(box, function, 9.0)) == pytest.approx(1)
+
+
+def test_levels_are_denser_next_to_the_feature_point_as_asked():
+    even, dense = Extraction(levels=7, spacing=1.0).radii, Extraction(levels=7, spacing=1.5).radii
+    np.testing.assert_allclose(even, np.arange(2, 9) * 0.1)
+    np.testing.assert_allclose(dense, 0.8 * (np.arange(2, 9) / 8) ** 1.5)
+
+
+def test_farthest_points_make_up_for_missing_feature_points():
+    few, more = (
+        extract_parts(torus(), Extraction(least=1, levels=2)),
+        extract_parts(torus(), Extraction(least=5, levels=2)),
+    )
+    assert len(few.areas) < 5 == len(more.areas)
+    np.testing.assert_array_equal(more.points[: len(few.points)], few.points)
+    assert any("farthest points" in note for note in more.notes)
+    assert more.between[np.triu_indices(5, 1)].min() > 0.2
