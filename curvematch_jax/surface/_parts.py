@@ -28,8 +28,8 @@ class Extraction:
         spacing: 1 for levels that are evenly spaced; more for levels that are denser next to the feature point.
         samples: points on a curve.
         field: the distance along the surface: geodesic, by the solver `"heat"` or `"fast_marching"`, or one of the
-            spectral distances `"diffusion"`, `"biharmonic"` and `"commute_time"`, which change less where a
-            short cut joins two pieces of the surface.
+            spectral distances `"diffusion"`, `"biharmonic"` and `"commute_time"`, which a short cut between two
+            pieces of the surface shortens less.
         vertices: the number of vertices that `clean` aims at when it remeshes.
         least: how many parts an object has at least; farthest points make up for feature points that are not there.
     """
