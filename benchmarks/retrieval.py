@@ -31,8 +31,8 @@ from curvematch_jax.cli._output import scores_table
 from curvematch_jax.cli._workers import cores
 from curvematch_jax.datasets import labelled_folder
 from curvematch_jax.retrieval import Matching, evaluate
-from curvematch_jax.retrieval._matching import stack
 from curvematch_jax.retrieval._matrix import fused_rows, part_to_object
+from curvematch_jax.retrieval._stack import stack
 from curvematch_jax.surface import Extraction
 
 FUSIONS = ("mean", "belief", "weighted")
@@ -69,7 +69,7 @@ def measured(folder: Path, matching: Matching, jobs: int) -> dict[str, object]:
         started = time.perf_counter()
         parts, failed = gather_all(sources, Extraction(), jobs, progress=True)
         extracted = time.perf_counter()
-        whole = stack(parts)
+        whole = stack(parts, matching.unit)
         distances = part_to_object(whole, matching, progress=True)
         seconds = {"parts": extracted - started, "matrix": time.perf_counter() - extracted}
     classes = dict(zip((source.name for source in sources), (label for _, label in labelled), strict=True))

@@ -29,6 +29,7 @@ from .elastic import (
 )
 from .retrieval import (
     GradedScores,
+    Match,
     Matching,
     Ranking,
     Scores,
@@ -53,6 +54,7 @@ __all__ = [
     "Extraction",
     "Geodesic",
     "GradedScores",
+    "Match",
     "Matching",
     "Mesh",
     "MeshError",

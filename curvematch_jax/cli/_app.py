@@ -11,7 +11,6 @@ from typing import Annotated, Any
 
 import typer
 
-from ..elastic import Aligner
 from ..retrieval import Matching
 from ..surface import Extraction
 from . import _commands
@@ -33,13 +32,13 @@ class Preset(StrEnum):
     """The named `Matching` settings."""
 
     best = "best"
-    accurate = "accurate"
+    elastic = "elastic"
     paper = "paper"
 
     def matching(self) -> Matching:
         if self is Preset.paper:
             return Matching.paper()
-        return Matching(aligner=Aligner.accurate()) if self is Preset.accurate else Matching()
+        return Matching.elastic() if self is Preset.elastic else Matching()
 
 
 class FieldName(StrEnum):
@@ -63,7 +62,7 @@ Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout in
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no notes; failures are still reported.")]
 PresetOption = Annotated[
     Preset,
-    typer.Option(help="How parts are matched: best; accurate, a finer and slower alignment; paper, as published."),
+    typer.Option(help="How parts are matched: best; elastic, with curves reparametrised; paper, as published."),
 ]
 
 

@@ -3,7 +3,7 @@
 from ._evaluation import GradedScores, Scores, evaluate, evaluate_graded
 from ._matching import Matching
 from ._matrix import dissimilarity_matrix
-from ._ranking import Ranking, rank
+from ._ranking import Match, Ranking, rank
 from ._store import (
     SavedMatrix,
     distinct_names,
@@ -17,6 +17,7 @@ from ._store import (
 
 __all__ = [
     "GradedScores",
+    "Match",
     "Matching",
     "Ranking",
     "SavedMatrix",

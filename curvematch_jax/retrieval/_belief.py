@@ -65,6 +65,29 @@ def masses(distance: np.ndarray, significance: np.ndarray) -> tuple[np.ndarray, 
     return singletons, np.where(total[:, 0] > 0, 1.0 - significance, 1.0)
 
 
+def odds_masses(exponents: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mass of each part on each object and on the whole frame, from evidence that no other object enters.
+
+    `m_i({O_j}) = expm1(x_ij) m_i(frame)`, and `m_i(frame)` is what makes the masses sum to 1. Combined,
+    `log1p(a_ij / o_i) = x_ij`: the evidence for an object is the sum over the parts of `x_ij`, so that the order of
+    two objects does not depend on which others there are. Under equation 4 it does.
+
+    Arguments:
+        exponents: (N, M), 0 or more; 0 where a part has nothing in common with an object.
+
+    Returns:
+        `(singletons, frame)`, (N, M) and (N,); every part's masses sum to 1.
+
+    Raises:
+        `ValueError` when an exponent is negative or NaN.
+    """
+    if not (exponents >= 0).all():
+        raise ValueError("exponents must be 0 or more")
+    log_odds = _log_expm1(exponents)
+    log_frame = -np.logaddexp(0.0, logsumexp(log_odds, axis=1)) if exponents.shape[1] else np.zeros(len(exponents))
+    return np.exp(log_odds + log_frame[:, None]), np.exp(log_frame)
+
+
 def combine(singletons: np.ndarray, frame: np.ndarray) -> Belief:
     """Conjunctive combination without normalisation, and the pignistic probability (equations 2 and 3).
 

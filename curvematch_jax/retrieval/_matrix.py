@@ -9,8 +9,10 @@ import numpy as np
 
 from .._progress import Progress, reporter
 from ..surface import Parts
-from ._matching import BEST, Matching, Stack, nearest, object_blocks, stack
+from ._distances import nearest
+from ._matching import BEST, Matching
 from ._ranking import fuse
+from ._stack import Stack, object_blocks, stack
 
 
 def dissimilarity_matrix(parts: Sequence[Parts], matching: Matching = BEST, progress: Progress = False) -> np.ndarray:
@@ -32,7 +34,7 @@ def dissimilarity_matrix(parts: Sequence[Parts], matching: Matching = BEST, prog
     Raises:
         ValueError: when there are no objects, or settings of the extraction differ, naming the setting.
     """
-    whole = stack(parts)
+    whole = stack(parts, matching.unit)
     return fused_rows(parts, whole, part_to_object(whole, matching, progress), matching)
 
 
@@ -43,7 +45,7 @@ def fused_rows(parts: Sequence[Parts], whole: Stack, distances: np.ndarray, matc
         others = np.arange(whole.objects) != i
         if others.any():
             rows = distances[whole.starts[i] : whole.starts[i + 1], others].astype(np.float64)
-            matrix[i, others], _ = fuse(rows, parts[i].areas, ~whole.lacking[others], matching)
+            matrix[i, others] = fuse(rows, parts[i].areas, ~whole.lacking[others], matching).dissimilarity
     return matrix
 
 
@@ -57,8 +59,8 @@ def part_to_object(whole: Stack, matching: Matching, progress: Progress = False)
         first, second = whole[one], whole[other]
         apart = np.arange(one.start, one.stop)[:, None] < np.arange(other.start, other.stop)
         forward, backward = nearest(first, second, apart, matching)
-        _fill(distances, whole, one, other, forward)
-        _fill(distances, whole, other, one, backward)
+        _fill(distances, whole, one, other, forward.distance)
+        _fill(distances, whole, other, one, backward.distance)
         done += int((apart * np.outer(np.diff(first.starts), np.diff(second.starts))).sum())
         report(done, total)
     return distances

@@ -25,7 +25,7 @@ PARTS_FORMAT = 2
 MATRIX_FORMAT = 1
 
 _ARRAYS = ("curves", "mask", "lengths", "fronts", "centres", "areas", "points", "between")
-_FIELDS = (*_ARRAYS, "name", "diameter", "settings", "notes")
+_FIELDS = (*_ARRAYS, "name", "area", "diameter", "settings", "notes")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -51,6 +51,7 @@ def save_parts(parts: Parts, path: str | os.PathLike[str]) -> None:
     fields |= {
         "format": PARTS_FORMAT,
         "name": parts.name,
+        "area": parts.area,
         "diameter": parts.diameter,
         "settings": json.dumps(dataclasses.asdict(parts.settings)),
         "notes": json.dumps(parts.notes),
@@ -206,6 +207,7 @@ def _parts_from(fields: Mapping[str, np.ndarray]) -> Parts:
     return Parts(
         name=str(fields["name"]),
         **arrays,
+        area=float(fields["area"]),
         diameter=float(fields["diameter"]),
         settings=settings,
         notes=tuple(json.loads(str(fields["notes"]))),

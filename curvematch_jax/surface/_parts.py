@@ -23,8 +23,8 @@ class Extraction:
         epsilon: how close extrema of the two fields must be, and how far apart feature points, in diameters.
         radius: how far a part reaches from its feature point, in diameters: the field's distance of the two
             vertices that are farthest apart.
-        levels: level curves of a part, at `radius * (k / (levels + 1))^spacing` for k = 2..levels + 1. What would be the
-            first is left out: so close to its point a curve is the mesh's, not the surface's.
+        levels: level curves of a part, at `radius * (k / (levels + 1))^spacing` for k = 2..levels + 1. What would be
+            the first is left out: so close to its point a curve is the mesh's, not the surface's.
         spacing: 1 for levels that are evenly spaced; more for levels that are denser next to the feature point.
         samples: points on a curve.
         field: the distance along the surface: geodesic, by the solver `"heat"` or `"fast_marching"`, or one of the
@@ -79,6 +79,7 @@ class Parts:
         areas: `(P,)` float32, share of the surface's area within `radius` of the feature point.
         points: `(P, 3)` float32, the feature points in mesh units.
         between: `(P, P)` float32, distances of the feature points from each other, in diameters of the field.
+        area: of the surface, in squared mesh units.
         diameter: geodesic diameter in mesh units; with spectral distances 1.5 times the square root of the area.
         settings: how they were made.
         notes: what cleaning changed, and warnings.
@@ -93,6 +94,7 @@ class Parts:
     areas: np.ndarray
     points: np.ndarray
     between: np.ndarray
+    area: float
     diameter: float
     settings: Extraction
     notes: tuple[str, ...]
@@ -125,6 +127,7 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
         areas=areas.astype(np.float32),
         points=mesh.vertices[features.vertices].astype(np.float32),
         between=((between + between.T) / 2).astype(np.float32),
+        area=float(face_areas(mesh.vertices, mesh.faces).sum()),
         diameter=unit,
         settings=extraction,
         notes=report.messages + _warnings(features, mask),

@@ -31,7 +31,7 @@ def synthetic_parts(
         "between": np.ones((parts, parts), np.float32) - np.eye(parts, dtype=np.float32),
         "notes": (),
     }
-    return Parts(name=name, diameter=2.0, settings=settings, **(fields | changes))
+    return Parts(name=name, area=1.5, diameter=2.0, settings=settings, **(fields | changes))
 
 
 def _closed(modes: np.ndarray, samples: int) -> np.ndarray:

@@ -160,3 +160,15 @@ def test_weighted_evidence_ranks_as_the_combination_for_small_masses():
 def test_refuses(distance, significance, message):
     with pytest.raises(ValueError, match=message):
         belief.masses(distance, significance)
+
+
+def test_odds_make_evidence_a_sum_that_no_other_object_enters():
+    exponents = np.array([[0.0, 0.5, 3.0], [1.0, 0.2, 40.0], [0.0, 0.0, 0.0]])
+    singletons, frame = belief.odds_masses(exponents)
+    np.testing.assert_allclose(singletons.sum(axis=1) + frame, 1)
+    np.testing.assert_allclose(np.log1p(singletons / frame[:, None]), exponents, atol=1e-9)
+    assert frame[2] == 1
+    fewer, others = belief.odds_masses(exponents[:, :2])
+    np.testing.assert_allclose(fewer / others[:, None], (singletons / frame[:, None])[:, :2])
+    with pytest.raises(ValueError, match="0 or more"):
+        belief.odds_masses(-exponents)

@@ -7,8 +7,9 @@ import pytest
 
 from curvematch_jax.elastic import Aligner
 from curvematch_jax.retrieval import Matching, dissimilarity_matrix, rank
-from curvematch_jax.retrieval import _matching as matching
+from curvematch_jax.retrieval import _distances as distances_module
 from curvematch_jax.retrieval import _matrix as matrix_module
+from curvematch_jax.retrieval._stack import object_blocks, stack
 from curvematch_jax.surface import Extraction
 
 FAST = Matching(aligner=Aligner.rigid(), candidates=0, fusion="mean")
@@ -51,17 +52,48 @@ def test_belief_orders_by_probability(collection):
     assert (np.diff(ranking.probability[ranking.order]) <= 0).all()
 
 
-def test_order_does_not_depend_on_who_else_is_there(collection):
-    whole = rank(collection[0], collection, FAST)
+@pytest.mark.parametrize("settings", [FAST, Matching()], ids=["mean", "odds"])
+def test_order_does_not_depend_on_who_else_is_there(collection, settings):
+    whole = rank(collection[0], collection, settings)
     some = [1, 3, 4, 6, 8]
-    part = rank(collection[0], [collection[i] for i in some], FAST)
-    np.testing.assert_allclose(part.dissimilarity, whole.dissimilarity[some], rtol=1e-5)
+    part = rank(collection[0], [collection[i] for i in some], settings)
+    np.testing.assert_allclose(part.distances, whole.distances[:, some], rtol=1e-5)
     assert [some[i] for i in part.order] == [i for i in whole.order.tolist() if i in some]
+
+
+@pytest.mark.parametrize("settings", [Matching(), Matching.paper()], ids=["default", "paper"])
+def test_explanations_name_the_matched_parts_and_can_be_recomputed(collection, settings):
+    ranking = rank(collection[4], collection, settings)
+    itself = ranking.explain(4)
+    assert [match.part for match in itself] == [match.other for match in itself]
+    assert sorted(match.part for match in itself) == [0, 1, 2]
+    for j in (4, 7):
+        matches = ranking.explain(j)
+        assert [match.distance for match in matches] == sorted(match.distance for match in matches)
+        pairs = np.array([[match.part, match.other] for match in matches])
+        first, second = stack([collection[4]], settings.unit), stack([collection[j]], settings.unit)
+        again = distances_module.part_distances(first, second, pairs, settings, settings.aligner)
+        np.testing.assert_allclose([match.distance for match in matches], again, atol=1e-5)
+        np.testing.assert_allclose([match.mass for match in matches], [ranking.masses[m.part, j] for m in matches])
+    assert (ranking.masses.sum(axis=1) <= 1 + 1e-12).all()
+
+
+def test_explanation_of_what_is_not_there(collection, make_parts):
+    ranking = rank(collection[0], [collection[1], make_parts("sphere", parts=0)], FAST)
+    assert ranking.explain(1) == ()
+    with pytest.raises(IndexError, match="object 2 was asked for"):
+        ranking.explain(2)
+
+
+def test_times_of_the_stages_are_told(collection):
+    seconds = rank(collection[0], collection, FAST).seconds
+    assert set(seconds) == {"stack", "distances", "fusion"}
+    assert min(seconds.values()) >= 0
 
 
 def test_matrix_does_not_depend_on_blocks(collection, monkeypatch):
     whole = dissimilarity_matrix(collection, FAST)
-    monkeypatch.setattr(matrix_module, "object_blocks", lambda starts: matching.object_blocks(starts, parts=5))
+    monkeypatch.setattr(matrix_module, "object_blocks", lambda starts: object_blocks(starts, parts=5))
     np.testing.assert_allclose(dissimilarity_matrix(collection, FAST), whole, atol=1e-5)
 
 
@@ -74,14 +106,14 @@ def test_matrix_follows_the_order_of_the_objects(collection):
 
 def test_every_pair_of_parts_is_compared_once(collection, monkeypatch):
     compared: list[tuple[int, int]] = []
-    ids = {curve.tobytes(): number for number, curve in enumerate(matching.stack(collection).curves)}
+    ids = {curve.tobytes(): number for number, curve in enumerate(stack(collection).curves)}
 
     def counting(first, second, pairs, aligner):
         numbers = [(ids[first[i].tobytes()], ids[second[j].tobytes()]) for i, j in pairs]
         compared.extend((min(pair), max(pair)) for pair in numbers)
         return np.zeros(len(pairs))
 
-    monkeypatch.setattr(matching, "pair_distances", counting)
+    monkeypatch.setattr(distances_module, "pair_distances", counting)
     dissimilarity_matrix(collection, FAST)
     counts = [len(parts.areas) for parts in collection]
     levels = collection[0].mask.shape[1]

@@ -1,0 +1,124 @@
+"""Distances between parts, and from parts to objects.
+
+Equations D and 5 of H. Tabia, M. Daoudi, J.-P. Vandeborre, O. Colot, "A new 3D-matching method of non-rigid and
+partially similar models using curve analysis", IEEE PAMI 33(4), 2011.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from ..elastic import Aligner, pair_distances
+from ._matching import MAX_ISOMETRY_RATIO, MAX_LOG_RATIO, Matching
+from ._stack import Stack
+
+# Pairs of parts whose levels are held at once while their sizes are compared.
+_SIZES_AT_ONCE = 1 << 15
+
+
+class Nearest(NamedTuple):
+    """Part-to-object distances (equation 5)."""
+
+    distance: np.ndarray  # (P1, M2), the maximal distance to objects without parts, inf for pairs not to compare
+    part: np.ndarray  # (P1, M2) the part of the object that is nearest, from 0; -1 where there is none
+
+
+def nearest(
+    first: Stack, second: Stack, apart: np.ndarray, matching: Matching, both_ways: bool = True
+) -> tuple[Nearest, Nearest]:
+    """Distances of parts to objects, both ways (equation 5): `min over parts of the object`.
+
+    Arguments:
+        first, second: M1 objects with P1 parts, and M2 objects with P2 parts.
+        apart: (M1, M2) bool, the pairs of objects to compare.
+        both_ways: whether the second result is wanted; without it what only that one needs is not compared.
+
+    Returns:
+        of the parts of the first to the objects of the second, and the other way round.
+    """
+    wanted = np.repeat(np.repeat(apart, np.diff(first.starts), axis=0), np.diff(second.starts), axis=1)
+    forward = backward = wanted
+    if matching.candidates:
+        rough = np.full(wanted.shape, np.inf)
+        rough[wanted] = _rough_distances(first, second, np.argwhere(wanted), matching)
+        forward = wanted & shortlist(rough, second.starts, matching.candidates)
+        backward = wanted & shortlist(rough.T, first.starts, matching.candidates).T if both_ways else wanted & False
+    distances = np.full(wanted.shape, np.inf)
+    compared = forward | backward
+    distances[compared] = part_distances(first, second, np.argwhere(compared), matching, matching.aligner)
+    return (
+        _least(np.where(forward, distances, np.inf), second.starts, matching.max_distance),
+        _least(np.where(backward, distances, np.inf).T, first.starts, matching.max_distance),
+    )
+
+
+def part_distances(
+    first: Stack, second: Stack, pairs: np.ndarray, matching: Matching, aligner: Aligner | None
+) -> np.ndarray:
+    """Distances (K,) of the pairs (K, 2) of a part of the first and one of the second (equation D).
+
+    The levels are averaged as `Matching` says. Parts without a level in common are `matching.max_distance` apart.
+    Without an aligner all shapes are taken to be the same, and sizes alone tell parts apart.
+    """
+    chunks = np.array_split(pairs, max(1, -(-len(pairs) // _SIZES_AT_ONCE)))
+    return np.concatenate([_part_distances(first, second, chunk, matching, aligner) for chunk in chunks])
+
+
+def shortlist(distances: np.ndarray, starts: np.ndarray, candidates: int) -> np.ndarray:
+    """For each row (P1, P2), the nearest columns of each object: the objects' columns begin at `starts`."""
+    short = np.zeros(distances.shape, bool)
+    for start, end in pairwise(starts.tolist()):
+        if end > start:
+            count = min(candidates, end - start)
+            best = np.argpartition(distances[:, start:end], count - 1, axis=1)[:, :count]
+            np.put_along_axis(short[:, start:end], best, True, axis=1)
+    return short
+
+
+def _rough_distances(first: Stack, second: Stack, pairs: np.ndarray, matching: Matching) -> np.ndarray:
+    """What candidates are chosen by: sizes, which cost next to nothing, or else shapes without reparametrisation."""
+    return part_distances(first, second, pairs, matching, None if matching.sized else Aligner.rigid())
+
+
+def _part_distances(
+    first: Stack, second: Stack, pairs: np.ndarray, matching: Matching, aligner: Aligner | None
+) -> np.ndarray:
+    one, other = pairs.T
+    left, right = first.rows[one], second.rows[other]
+    both, either = (left >= 0) & (right >= 0), (left >= 0) | (right >= 0)
+    lengths = np.abs(first.log_lengths[one] - second.log_lengths[other])
+    values = np.where(both, matching.length_weight * np.minimum(lengths, MAX_LOG_RATIO), matching.missing * either)
+    if aligner is not None and both.any():
+        curve_pairs = np.stack([left[both], right[both]], axis=1)
+        values[both] += pair_distances(first.curves, second.curves, curve_pairs, aligner)
+    weights = np.arange(1.0, left.shape[1] + 1) ** -matching.decay
+    distances = _mean(values, either, weights)
+    if matching.front_weight:
+        fronts = np.abs(first.log_fronts[one] - second.log_fronts[other])
+        distances += matching.front_weight * _mean(np.minimum(fronts, MAX_LOG_RATIO), None, weights)
+    if matching.isometry_weight:
+        unequal = np.where(both, np.minimum(lengths, MAX_ISOMETRY_RATIO), MAX_ISOMETRY_RATIO * either)
+        limited = np.minimum(_mean(unequal, either, weights), matching.isometry_limit)
+        distances += matching.isometry_weight * limited
+    return np.where(both.any(axis=1), distances, matching.max_distance)
+
+
+def _mean(values: np.ndarray, counted: np.ndarray | None, weights: np.ndarray) -> np.ndarray:
+    """Mean over the levels (K, L) that count, (K,); 0 where none does."""
+    if counted is None:
+        return values @ weights / weights.sum()
+    return values @ weights / np.maximum(counted @ weights, weights[-1])
+
+
+def _least(distances: np.ndarray, starts: np.ndarray, empty: float) -> Nearest:
+    """The least of each object's columns; `empty` for an object without columns."""
+    shape = (len(distances), len(starts) - 1)
+    least, part = np.full(shape, empty), np.full(shape, -1)
+    for j, (start, end) in enumerate(pairwise(starts.tolist())):
+        if end > start and len(distances):
+            part[:, j] = np.argmin(distances[:, start:end], axis=1)
+            least[:, j] = distances[np.arange(len(distances)), start + part[:, j]]
+    return Nearest(least, np.where(np.isfinite(least), part, -1))

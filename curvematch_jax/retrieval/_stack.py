@@ -1,0 +1,109 @@
+"""The parts of many objects in one: what distances are computed from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..surface import Parts
+from ._matching import Unit
+from ._store import require_same_settings
+
+# Parts a side that are compared at once: enough to fill the engine's batches, few enough to forget.
+_BLOCK = 160
+# In units of area or diameter: fronts that are shorter are as short as can be, so that ratios of them stay bounded.
+_SHORTEST_FRONT = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """The parts of M objects in one, P in all, object by object.
+
+    Attributes:
+        curves: (C, 3, n) the curves that count.
+        rows: (P, L) where in `curves` a part's level is, -1 where it is masked or beyond a gap.
+        log_lengths: (P, L) 0 where there is no row.
+        log_fronts: (P, L)
+        starts: (M + 1,) object j has the parts `starts[j]` to `starts[j + 1]`.
+    """
+
+    curves: np.ndarray
+    rows: np.ndarray
+    log_lengths: np.ndarray
+    log_fronts: np.ndarray
+    starts: np.ndarray
+
+    @property
+    def objects(self) -> int:
+        return len(self.starts) - 1
+
+    @property
+    def lacking(self) -> np.ndarray:
+        """(M,) bool, True for an object without parts."""
+        return np.diff(self.starts) == 0
+
+    def __getitem__(self, objects: slice) -> Stack:
+        """The stack of a run of objects."""
+        starts = self.starts[objects.start : objects.stop + 1]
+        parts = slice(int(starts[0]), int(starts[-1]))
+        before = int((self.rows[: parts.start] >= 0).sum())
+        rows = self.rows[parts]
+        count = int((rows >= 0).sum())
+        return Stack(
+            curves=self.curves[before : before + count],
+            rows=np.where(rows >= 0, rows - before, -1),
+            log_lengths=self.log_lengths[parts],
+            log_fronts=self.log_fronts[parts],
+            starts=starts - parts.start,
+        )
+
+
+def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
+    """Put the parts of a collection into one, lengths in the unit that `Matching` names.
+
+    Raises:
+        ValueError: when the collection is empty, or was extracted with different settings.
+    """
+    if not collection:
+        raise ValueError("the collection is empty: at least one object is needed")
+    require_same_settings(collection)
+    mask = unbroken(np.concatenate([parts.mask for parts in collection]))
+    rows = np.full(mask.shape, -1)
+    rows[mask] = np.arange(mask.sum())
+    units = np.concatenate([np.full(len(parts.areas), _unit(parts, unit)) for parts in collection])[:, None]
+    lengths = np.concatenate([parts.lengths for parts in collection]) * units
+    fronts = np.concatenate([parts.fronts for parts in collection]) * units
+    return Stack(
+        curves=np.concatenate([parts.curves for parts in collection])[mask],
+        rows=rows,
+        log_lengths=np.log(np.where(mask, lengths, 1.0)).astype(np.float32),
+        log_fronts=np.log(fronts + _SHORTEST_FRONT).astype(np.float32),
+        starts=np.cumsum([0, *(len(parts.areas) for parts in collection)]),
+    )
+
+
+def _unit(parts: Parts, unit: Unit) -> float:
+    """What turns lengths in diameters into lengths in the unit."""
+    return {"diameter": 1.0, "mesh": parts.diameter, "area": parts.diameter / np.sqrt(parts.area)}[unit]
+
+
+def unbroken(mask: np.ndarray) -> np.ndarray:
+    """The first run of levels of each part, (P, L) bool.
+
+    Beyond a gap the front has split and met again: all fingers of a hand go on as the same arm there, which says
+    nothing about a finger. On both development collections parts are told apart better without those levels.
+    """
+    ended = np.logical_or.accumulate(mask, axis=1) & ~mask
+    return mask & ~np.logical_or.accumulate(ended, axis=1)
+
+
+def object_blocks(starts: np.ndarray, parts: int = _BLOCK) -> list[slice]:
+    """Runs of objects with at most `parts` parts each; an object with more is a run by itself."""
+    blocks, begin = [], 0
+    for end in range(1, len(starts)):
+        if end + 1 == len(starts) or starts[end + 1] - starts[begin] > parts:
+            blocks.append(slice(begin, end))
+            begin = end
+    return blocks
