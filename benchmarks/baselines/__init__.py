@@ -1,6 +1,6 @@
 """The retrieval methods that the package is compared with, each from its own publication.
 
-python -m benchmarks.baselines DIR... [--out FILE.json]
+python -m benchmarks.baselines [DIR...] [--out FILE.json]
 """
 
 from collections.abc import Callable, Sequence
@@ -11,7 +11,7 @@ import numpy as np
 
 from curvematch_jax.surface import Mesh
 
-from . import d2, dsr, geodesic_d2, rsh, shapedna
+from . import d2, dsr, erg, geodesic_d2, rsh, shapedna
 
 
 @dataclass(frozen=True)
@@ -35,5 +35,6 @@ BASELINES: tuple[Baseline, ...] = (
     Baseline("geodesic D2", geodesic_d2.describe, geodesic_d2.compare),
     Baseline("RSH", rsh.describe, rsh.compare),
     Baseline("DSR", dsr.describe, dsr.compare),
+    Baseline("ERG", erg.describe, erg.compare),
     Baseline("ShapeDNA", shapedna.describe, shapedna.compare),
 )
