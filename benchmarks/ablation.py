@@ -1,0 +1,135 @@
+"""What each addition to the published method is worth: scores with it left out, on one half of a folder and the other.
+
+    python benchmarks/ablation.py DIR... [--rows NAME...] [--out FILE.json]
+
+A DIR has `labels.csv` (columns `file,class`). The members of each class are
+dealt out to two halves in turn. Settings were chosen on the first; the second is what they are worth.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import importlib.metadata
+import json
+import platform
+import time
+from collections import defaultdict
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from curvematch_jax.cli._commands import run_settings
+from curvematch_jax.cli._inputs import Source, gather_all
+from curvematch_jax.cli._jax import configure_jax
+from curvematch_jax.cli._workers import cores
+from curvematch_jax.datasets import labelled_folder
+from curvematch_jax.retrieval import Matching, Scores, dissimilarity_matrix, evaluate
+from curvematch_jax.surface import Extraction, Parts
+
+MEASURES = ("nn", "ft", "st", "dcg", "map")
+PAPER = Matching.paper()
+
+# One change at a time: from the paper's method upwards, from the default downwards, and what was tried.
+ROWS: dict[str, tuple[Extraction, Matching]] = {
+    "paper": (Extraction(), PAPER),
+    "paper, levels weigh alike": (Extraction(), dataclasses.replace(PAPER, decay=0.0)),
+    "paper, without warps": (Extraction(), dataclasses.replace(PAPER, aligner=Matching().aligner)),
+    "default": (Extraction(), Matching()),
+    "without lengths": (Extraction(), Matching(length_weight=0.0)),
+    "without fronts": (Extraction(), Matching(front_weight=0.0)),
+    "without near-isometry": (Extraction(), Matching(isometry_weight=0.0)),
+    "without level weights": (Extraction(), Matching(decay=0.0)),
+    # Sizes so heavy that shapes decide nothing.
+    "without shapes": (
+        Extraction(),
+        dataclasses.replace(Matching(), length_weight=25.0, front_weight=25.0, isometry_weight=600.0, missing=60.0),
+    ),
+    "without added parts": (Extraction(least=1), Matching()),
+    "even levels": (Extraction(spacing=1.0), Matching()),
+    "radius .4, 12 levels": (Extraction(radius=0.4, levels=12), Matching()),
+    "all candidates": (Extraction(), Matching(candidates=0)),
+    "with warps": (Extraction(), Matching.elastic()),
+    "diameter as unit": (Extraction(), Matching(unit="diameter")),
+    "true size": (Extraction(), Matching(unit="mesh")),
+    "significance by area": (Extraction(), Matching(significance="area")),
+    "masses of equation 4": (Extraction(), Matching(masses="shares", scale=1.0)),
+    "isometry weight 3": (Extraction(), Matching(isometry_weight=3.0)),
+    "isometry weight 12": (Extraction(), Matching(isometry_weight=12.0)),
+    "decay .5": (Extraction(), Matching(decay=0.5)),
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="What each addition to the published method is worth.")
+    parser.add_argument("folders", nargs="+", type=Path, metavar="DIR")
+    parser.add_argument("--rows", nargs="+", choices=tuple(ROWS), default=tuple(ROWS), metavar="NAME")
+    parser.add_argument("--out", type=Path, metavar="FILE.json")
+    parser.add_argument("--jobs", type=int, default=cores())
+    arguments = parser.parse_args()
+    configure_jax(cache=False)
+    results: dict = {
+        "versions": {"python": platform.python_version()}
+        | {name: importlib.metadata.version(name) for name in ("curvematch_jax", "jax", "numpy", "potpourri3d")},
+        "settings": {name: run_settings(*ROWS[name]) for name in arguments.rows},
+        "collections": {},
+    }
+    for folder in arguments.folders:
+        results["collections"][folder.name] = ablated(folder, arguments.rows, arguments.jobs)
+        if arguments.out:
+            arguments.out.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+
+
+def ablated(folder: Path, rows: Sequence[str], jobs: int) -> dict[str, object]:
+    """Scores of every row on one collection; prints them as they come."""
+    labelled = labelled_folder(folder)
+    classes = {path.name: label for path, label in labelled}
+    extracted: dict[Extraction, list[Parts]] = {}
+    print(f"\n{folder.name:28s}" + "".join(f"{name:>7s}" for name in MEASURES) + "    map of the halves   seconds")
+    found = {}
+    for name in rows:
+        extraction, matching = ROWS[name]
+        if extraction not in extracted:
+            sources = [Source(path, path.name) for path, _ in labelled]
+            extracted[extraction], _ = gather_all(sources, extraction, jobs)
+        parts = extracted[extraction]
+        found[name] = measured(parts, [classes[p.name] for p in parts], matching)
+        values = found[name]
+        print(
+            f"{name:28s}"
+            + "".join(f"{values['whole'][m]:7.3f}" for m in MEASURES)
+            + f"{values['first half']['map']:10.3f}{values['second half']['map']:8.3f}{values['seconds']:12.0f}",
+            flush=True,
+        )
+    return found
+
+
+def measured(parts: Sequence[Parts], labels: Sequence[str], matching: Matching) -> dict:
+    """Scores on the whole and on both halves."""
+    started = time.perf_counter()
+    matrix = dissimilarity_matrix(parts, matching)
+    seconds = time.perf_counter() - started
+    scores: dict = {"whole": summary(evaluate(matrix, labels)), "seconds": seconds}
+    for name, members in zip(("first half", "second half"), halves(labels), strict=True):
+        scores[name] = summary(evaluate(matrix[np.ix_(members, members)], [labels[i] for i in members]))
+    return scores
+
+
+def halves(labels: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of the two halves: the members of each class in turn."""
+    seen: defaultdict[str, int] = defaultdict(int)
+    side = []
+    for label in labels:
+        side.append(seen[label] % 2)
+        seen[label] += 1
+    return np.flatnonzero(np.array(side) == 0), np.flatnonzero(np.array(side) == 1)
+
+
+def summary(scores: Scores) -> dict[str, float]:
+    """The measures of the table."""
+    return {name: float(getattr(scores, name)) for name in MEASURES}
+
+
+if __name__ == "__main__":
+    main()
