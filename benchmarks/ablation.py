@@ -40,7 +40,6 @@ ROWS: dict[str, tuple[Extraction, Matching]] = {
     "without lengths": (Extraction(), Matching(length_weight=0.0)),
     "without fronts": (Extraction(), Matching(front_weight=0.0)),
     "without near-isometry": (Extraction(), Matching(isometry_weight=0.0)),
-    "without level weights": (Extraction(), Matching(decay=0.0)),
     # Sizes so heavy that shapes decide nothing.
     "without shapes": (
         Extraction(),
@@ -57,7 +56,8 @@ ROWS: dict[str, tuple[Extraction, Matching]] = {
     "masses of equation 4": (Extraction(), Matching(masses="shares", scale=1.0)),
     "isometry weight 3": (Extraction(), Matching(isometry_weight=3.0)),
     "isometry weight 12": (Extraction(), Matching(isometry_weight=12.0)),
-    "decay .5": (Extraction(), Matching(decay=0.5)),
+    "level weights k^-.25": (Extraction(), Matching(decay=0.25)),
+    "level weights k^-.5": (Extraction(), Matching(decay=0.5)),
 }
 
 

@@ -73,7 +73,7 @@ class Matching:
     front_weight: float = 0.25
     isometry_weight: float = 6.0
     isometry_limit: float = 0.12
-    decay: float = 0.25
+    decay: float = 0.0
     unit: Unit = "area"
     missing: float = 0.6
     fusion: Fusion = "belief"
