@@ -82,9 +82,9 @@ class _Workshop:
             self._turn.setdefault(models[index][1], deque()).append(index)
 
     def rarest(self, pairs: Sequence[tuple[str, str]], uses: Counter[object]) -> tuple[str, str]:
-        """A pair of classes that took part least often, apart and then together; which of several, at random."""
+        """A pair of classes that took part least often, together and then apart; which of several, at random."""
         drawn = [pairs[k] for k in self._rng.permutation(len(pairs))]
-        return min(drawn, key=lambda pair: (uses[pair[0]] + uses[pair[1]], uses[pair]))
+        return min(drawn, key=lambda pair: (uses[pair], uses[pair[0]] + uses[pair[1]]))
 
     def composite(self, labels: tuple[str, str]) -> Composite | None:
         """Of the next models of two classes that can be joined; None when several tries have failed."""
