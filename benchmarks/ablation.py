@@ -1,6 +1,6 @@
 """What each addition to the published method is worth: scores with it left out, on one half of a folder and the other.
 
-    python benchmarks/ablation.py DIR... [--rows NAME...] [--out FILE.json]
+    python benchmarks/ablation.py DIR... [--rows NAME...] [--out FILE.json]   # adds to what the file holds
 
 A DIR has `labels.csv` (columns `file,class`). The members of each class are
 dealt out to two halves in turn. Settings were chosen on the first; the second is what they are worth.
@@ -15,7 +15,7 @@ import json
 import platform
 import time
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -69,40 +69,46 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=cores())
     arguments = parser.parse_args()
     configure_jax(cache=False)
-    results: dict = {
-        "versions": {"python": platform.python_version()}
-        | {name: importlib.metadata.version(name) for name in ("curvematch_jax", "jax", "numpy", "potpourri3d")},
-        "settings": {name: run_settings(*ROWS[name]) for name in arguments.rows},
-        "collections": {},
+    results = known(arguments.out)
+    results["versions"] = {"python": platform.python_version()} | {
+        name: importlib.metadata.version(name) for name in ("curvematch_jax", "jax", "numpy", "potpourri3d")
     }
     for folder in arguments.folders:
-        results["collections"][folder.name] = ablated(folder, arguments.rows, arguments.jobs)
-        if arguments.out:
-            arguments.out.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+        table = results["collections"].setdefault(folder.name, {})
+        for name, values in ablated(folder, arguments.rows, arguments.jobs):
+            table[name] = values
+            results["settings"][name] = run_settings(*ROWS[name])
+            if arguments.out:
+                arguments.out.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
 
 
-def ablated(folder: Path, rows: Sequence[str], jobs: int) -> dict[str, object]:
-    """Scores of every row on one collection; prints them as they come."""
+def known(path: Path | None) -> dict:
+    """Rows that were measured before: they are kept, and replaced one by one."""
+    if path and path.exists():
+        return json.loads(path.read_text())
+    return {"versions": {}, "settings": {}, "collections": {}}
+
+
+def ablated(folder: Path, rows: Sequence[str], jobs: int) -> Iterator[tuple[str, dict]]:
+    """Every row's name and scores on one collection; prints them as they come."""
     labelled = labelled_folder(folder)
     classes = {path.name: label for path, label in labelled}
     extracted: dict[Extraction, list[Parts]] = {}
     print(f"\n{folder.name:28s}" + "".join(f"{name:>7s}" for name in MEASURES) + "    map of the halves   seconds")
-    found = {}
     for name in rows:
         extraction, matching = ROWS[name]
         if extraction not in extracted:
             sources = [Source(path, path.name) for path, _ in labelled]
             extracted[extraction], _ = gather_all(sources, extraction, jobs)
         parts = extracted[extraction]
-        found[name] = measured(parts, [classes[p.name] for p in parts], matching)
-        values = found[name]
+        values = measured(parts, [classes[p.name] for p in parts], matching)
         print(
             f"{name:28s}"
             + "".join(f"{values['whole'][m]:7.3f}" for m in MEASURES)
             + f"{values['first half']['map']:10.3f}{values['second half']['map']:8.3f}{values['seconds']:12.0f}",
             flush=True,
         )
-    return found
+        yield name, values
 
 
 def measured(parts: Sequence[Parts], labels: Sequence[str], matching: Matching) -> dict:
