@@ -42,6 +42,7 @@ from .retrieval import (
     rank,
     save_matrix,
     save_parts,
+    symmetric_parts,
 )
 from .surface import CleanReport, Extraction, Mesh, MeshError, Parts, clean, extract_parts, load_mesh
 
@@ -92,6 +93,7 @@ __all__ = [
     "resample",
     "save_matrix",
     "save_parts",
+    "symmetric_parts",
     "to_curve",
     "to_srvf",
 ]

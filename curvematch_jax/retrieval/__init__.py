@@ -14,6 +14,7 @@ from ._store import (
     save_matrix,
     save_parts,
 )
+from ._symmetry import symmetric_parts
 
 __all__ = [
     "GradedScores",
@@ -33,4 +34,5 @@ __all__ = [
     "require_place_for_matrix",
     "save_matrix",
     "save_parts",
+    "symmetric_parts",
 ]

@@ -1,0 +1,193 @@
+"""Intrinsic symmetry: the parts of one object that a symmetry of its surface exchanges.
+
+A symmetry of a surface is an isometry of it with itself (M. Ovsjanikov, J. Sun, L. Guibas, "Global intrinsic
+symmetries of shapes", Computer Graphics Forum 27(5), 2008). Of all points only the feature points are asked here: it
+permutes them, keeps their distances from each other, and exchanges parts with level curves alike.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from ..surface import Parts
+from ._distances import part_distances
+from ._matching import BEST, Matching
+from ._stack import stack
+
+# Radians for one diameter by which distances between feature points change.
+_DISTORTION_WEIGHT = 10.0
+# In `limit`s, the cost of a part that stays in its place, and of one without an image. Exchanges that cost less than the
+# first are gains: at the default limit the distances may change by 0.2 diameters between parts that are the same, and
+# by 0.1 between parts that are hardly like each other.
+_STAY = 1.75
+_UNMATCHED = 2.1
+# A symmetry counts when it gains this share of what the best one gains. A table's two reflections gain the same; to
+# exchange a front leg and a hind leg gains less than to exchange left and right.
+_SHARE = 0.7
+# Pairs of parts that a search begins with, those nearest to each other: all pairs of 20 parts.
+_SEEDS = 190
+# Assignments after a seed; hardly any changes after the third.
+_ROUNDS = 4
+
+
+class Symmetry(NamedTuple):
+    """An involution of P parts."""
+
+    image: np.ndarray  # (P,) of each part; a part's own index when it stays in its place
+    matched: np.ndarray  # (P,) bool, False for a part that nothing is known about: its counterpart may be missing
+    energy: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Problem:
+    """What symmetries of an object with P parts are judged by.
+
+    Attributes:
+        distances: (P, P) of the parts, symmetric, in radians, inf where they are too unlike; `stay` on the diagonal.
+        between: (P, P) distances of the feature points, symmetric, in diameters.
+        stay: the cost of a part that stays in its place, and so the energy of the identity.
+        unmatched: the cost of a part without an image, and the most that any costs.
+    """
+
+    distances: np.ndarray
+    between: np.ndarray
+    stay: float
+    unmatched: float
+
+    def costs(self, image: np.ndarray, matched: np.ndarray) -> np.ndarray:
+        """(P, P) cost of sending part k to part l while the matched parts go to their images."""
+        change = np.abs(self.between[:, None, :] - self.between[:, image][None]) @ matched
+        costs = self.distances + _DISTORTION_WEIGHT * change / max(int(matched.sum()) - 1, 1)
+        np.fill_diagonal(costs, np.minimum(np.diag(costs), self.unmatched))
+        return (costs + costs.T) / 2
+
+    def settled(self, image: np.ndarray) -> Symmetry:
+        """The symmetry without the parts that fit worst: they leave one by one, each with its image."""
+        matched = np.ones(len(image), bool)
+        change = np.abs(self.between - self.between[np.ix_(image, image)])
+        alike = self.distances[np.arange(len(image)), image]
+        while True:
+            costs = alike + _DISTORTION_WEIGHT * (change @ matched) / max(int(matched.sum()) - 1, 1)
+            costs = np.where(matched, np.maximum(costs, costs[image]), 0.0)
+            worst = int(np.argmax(costs))
+            if costs[worst] <= self.unmatched:
+                return Symmetry(image, matched, float(np.where(matched, costs, self.unmatched).mean()))
+            matched[[worst, image[worst]]] = False
+
+
+def symmetric_parts(parts: Parts, matching: Matching = BEST, limit: float = 1.2) -> tuple[tuple[int, ...], ...]:
+    """Groups of the parts that an intrinsic symmetry exchanges, such as left and right legs.
+
+    A symmetry is an involution s of the P parts. With `d(i, j)` the distance of two parts (equation D), or of one and
+    the mirror image of the other when that is less, `d(i, i) = 1.75 limit`, and `b` the distances between feature
+    points (`Parts.between`), its energy is
+
+        E(s) = 1/P sum_i min(d(i, s(i)) + 10 mean_j abs(b(i, j) - b(s(i), s(j))), 2.1 limit)
+
+    with the mean over the other parts j that have an image: those for which the minimum is its first term. So a part
+    whose counterpart was not found costs little, and changes nothing for the others. The identity has the energy
+    `1.75 limit`. Every pair of parts with `d <= limit` is exchanged in turn, and the others are assigned, again and
+    again, at the least cost. Of the symmetries found, those count that have at least 0.7 of the best one's gain over
+    the identity; the groups are the orbits of all that count.
+
+    Limits: rotations that are not made of reflections or half turns (a whirl of three arms) are not found. Between
+    two parts alone there is one distance, which says nothing: likeness decides. Legs of a chair that are alike in all
+    distances are one group, whatever a person would say. Several feature points on one limb go to one group when
+    their exchange is as good as the symmetry.
+
+    Args:
+        parts: P parts of one object, P >= 0.
+        matching: how parts are compared; sizes should count.
+        limit: radians; parts that are farther apart are never exchanged. It goes with the scale of the distances.
+
+    Returns:
+        every part's index in exactly one group; ascending, and groups in the order of their first part.
+
+    Raises:
+        ValueError: when `limit` is not a positive number.
+    """
+    if not 0 < limit < math.inf:
+        raise ValueError(f"limit must be a positive number, and was {limit!r}")
+    count = len(parts.areas)
+    if count < 2:
+        return tuple((k,) for k in range(count))
+    distances = self_distances(parts, matching)
+    distances[distances > limit] = np.inf
+    np.fill_diagonal(distances, _STAY * limit)
+    problem = Problem(distances, parts.between.astype(np.float64), _STAY * limit, _UNMATCHED * limit)
+    return _orbits(count, _search(problem))
+
+
+def self_distances(parts: Parts, matching: Matching) -> np.ndarray:
+    """Distances (P, P) of an object's parts, each compared with the others and with their mirror images."""
+    count = len(parts.areas)
+    rows, columns = np.triu_indices(count, 1)
+    pairs = np.concatenate([np.stack([rows, columns], axis=1), np.stack([rows, columns + count], axis=1)])
+    both = stack([parts, mirrored(parts)], matching.unit)
+    plain, reflected = part_distances(both, both, pairs, matching, matching.aligner).reshape(2, -1)
+    distances = np.zeros((count, count))
+    distances[rows, columns] = distances[columns, rows] = np.minimum(plain, reflected)
+    return distances
+
+
+def mirrored(parts: Parts) -> Parts:
+    """The parts of the mirror image, as far as they are compared: it does not matter in which plane.
+
+    A reflection alone would leave the curves clockwise around their feature points.
+    """
+    curves = parts.curves[..., ::-1].copy()
+    curves[..., 0, :] *= -1
+    return dataclasses.replace(parts, curves=curves)
+
+
+def _search(problem: Problem) -> list[Symmetry]:
+    """The symmetries that count."""
+    rows, columns = np.triu_indices(len(problem.between), 1)
+    distances = problem.distances[rows, columns]
+    nearest = np.argsort(distances, kind="stable")[: min(_SEEDS, int(np.isfinite(distances).sum()))]
+    found = [_grown(problem, int(rows[k]), int(columns[k])) for k in nearest]
+    gains = [problem.stay - symmetry.energy for symmetry in found]
+    least = _SHARE * max(gains, default=0.0)
+    return [symmetry for symmetry, gain in zip(found, gains, strict=True) if gain >= least > 0]
+
+
+def _grown(problem: Problem, i: int, j: int) -> Symmetry:
+    """The best symmetry met that exchanges parts i and j: all others are assigned, first by what i and j tell."""
+    image = np.arange(len(problem.between))
+    image[[i, j]] = j, i
+    matched = np.zeros(len(image), bool)
+    matched[[i, j]] = True
+    met: list[Symmetry] = []
+    for _ in range(_ROUNDS):
+        image = _assigned(problem.costs(image, matched), i, j)
+        if met and np.array_equal(image, met[-1].image):
+            break
+        met.append(problem.settled(image))
+        matched = met[-1].matched
+    return min(met, key=lambda symmetry: symmetry.energy)
+
+
+def _assigned(costs: np.ndarray, i: int, j: int) -> np.ndarray:
+    """The involution of least cost that exchanges i and j; where the assignment is none, parts stay in place."""
+    every = np.arange(len(costs))
+    rest = np.delete(every, [i, j])
+    image = every.copy()
+    image[[i, j]] = j, i
+    image[rest] = rest[linear_sum_assignment(costs[np.ix_(rest, rest)])[1]]
+    return np.where(image[image] == every, image, every)
+
+
+def _orbits(count: int, found: list[Symmetry]) -> tuple[tuple[int, ...], ...]:
+    """What the symmetries together carry each part to."""
+    rows = np.concatenate([np.flatnonzero(s.matched) for s in found]) if found else np.arange(0)
+    columns = np.concatenate([s.image[s.matched] for s in found]) if found else np.arange(0)
+    graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+    _, label = connected_components(graph, directed=False)
+    return tuple(tuple(np.flatnonzero(label == k).tolist()) for k in dict.fromkeys(label.tolist()))
