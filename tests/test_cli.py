@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ import pytest
 import trimesh
 
 from curvematch_jax.cli._app import run
-from curvematch_jax.cli._inputs import find_sources
+from curvematch_jax.cli._inputs import find_meshes, find_sources
 from curvematch_jax.cli._workers import Outcome, in_processes, one_line
 from curvematch_jax.datasets import creature
 from curvematch_jax.retrieval import load_matrix, load_parts
@@ -117,7 +118,52 @@ def test_text_goes_to_stdout_and_notes_to_stderr(meshes, parts_dir, capsys):
     out, err = capsys.readouterr()
     assert "hand1.off" in out
     assert "conflict" in out
-    assert err == ""
+    assert re.fullmatch(r"curvematch: collection .* s, query .* s, stack .* s, distances .* s, fusion .* s\n", err)
+    assert run(["query", str(meshes / "hand0.off"), "--in", str(parts_dir), "--quiet"]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_explained_query(meshes, parts_dir, tmp_path, capsys):
+    arguments = ["query", meshes / "snake1.off", "--in", parts_dir, "--top", 2, "--explain", tmp_path / "why.png"]
+    found = result(capsys, *arguments)
+    assert list(found["seconds"]) == ["collection", "query", "stack", "distances", "fusion", "picture"]
+    assert found["picture"] == str(tmp_path / "why.png")
+    parts = len(load_parts(parts_dir / "snake1.off.npz").areas)
+    for row in found["results"]:
+        assert sorted(match["part"] for match in row["matches"]) == list(range(parts))
+        assert set(row["matches"][0]) == {"part", "other", "distance", "mass"}
+    assert all(match["part"] == match["other"] for match in found["results"][0]["matches"])
+    by_curves = (tmp_path / "why.png").read_bytes()
+    assert by_curves.startswith(b"\x89PNG")
+    assert run(list(map(str, [*arguments, "--meshes", meshes]))) == 0
+    out = capsys.readouterr().out
+    assert out.count(" -> ") == 1 + 2 * parts
+    assert (tmp_path / "why.png").read_bytes() != by_curves
+    assert "matches" not in result(capsys, *arguments[:-2])["results"][0]
+
+
+def test_explanations_that_cannot_be_drawn(meshes, parts_dir, tmp_path, capsys):
+    query = ["query", meshes / "snake1.off", "--in", parts_dir]
+    (tmp_path / "other.off").write_text("")
+    assert "names no format of pictures" in error(capsys, *query, "--explain", tmp_path / "why.mesh")
+    assert "(none)" in error(capsys, *query, "--explain", tmp_path / "why")
+    assert "no folder" in error(capsys, *query, "--explain", tmp_path / "none" / "why.png")
+    explained = [*query, "--explain", tmp_path / "why.png"]
+    assert "name of an object, such as hand0.off" in error(capsys, *explained, "--meshes", tmp_path)
+    assert "not a folder" in error(capsys, *explained, "--meshes", tmp_path / "none")
+    assert "--explain" in error(capsys, *query, "--meshes", meshes)
+    # One bad mesh costs its own surface alone.
+    (tmp_path / "hand0.off").write_text("")
+    assert run(list(map(str, [*explained, "--meshes", tmp_path]))) == 0
+    assert "drawn without its surface" in capsys.readouterr().err
+
+
+def test_meshes_are_found_by_the_names_of_objects(tmp_path):
+    for name in ("a/x.off", "b/x.off", "b/y.off", "b/z.txt"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("")
+    found = find_meshes(tmp_path, ["a/x.off", "x.off", "y", "z.txt", "w.off"])
+    assert found == {"a/x.off": tmp_path / "a" / "x.off", "y": tmp_path / "b" / "y.off"}
 
 
 @pytest.fixture(name="with_bad_files")

@@ -17,6 +17,7 @@ from . import _commands
 from ._demo import run_demo
 from ._jax import configure_jax
 from ._output import Output, complain
+from ._query import Explanation, run_query
 from ._workers import cores, one_line
 
 USAGE = 2
@@ -112,6 +113,14 @@ def query(
     mesh: Annotated[Path, typer.Argument(metavar="MESH", help="A mesh file, or its parts.")],
     collection: Annotated[Path, typer.Option("--in", metavar="PARTS_DIR", help="Folder of parts to search.")],
     top: Annotated[int, typer.Option(min=1, help="How many of the best to list.")] = 10,
+    explain: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.png", help="Draw matched parts in the same colours, and list them in the result."),
+    ] = None,
+    meshes: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder with the collection's meshes: surfaces for the picture of --explain."),
+    ] = None,
     preset: PresetOption = Preset.best,
     jobs: Jobs = _CORES,
     strict: Strict = False,
@@ -119,7 +128,10 @@ def query(
     quiet: Quiet = False,
 ) -> int:
     """Rank a collection by likeness to one mesh; its parts are made with the collection's settings."""
-    return _commands.run_query(mesh, collection, preset.matching(), top, jobs, strict, Output(json, quiet))
+    if meshes is not None and explain is None:
+        raise typer.BadParameter("--meshes is for the picture of --explain, which was not asked for")
+    explanation = None if explain is None else Explanation(explain, meshes)
+    return run_query(mesh, collection, preset.matching(), top, explanation, jobs, strict, Output(json, quiet))
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""The work of each command but the demo, from checked arguments to its exit status."""
+"""The work of `curvematch parts`, `matrix` and `evaluate`, from checked arguments to its exit status."""
 
 from __future__ import annotations
 
@@ -17,14 +17,13 @@ from ..retrieval import (
     evaluate,
     load_matrix,
     load_parts,
-    rank,
     require_place_for_matrix,
     save_matrix,
     save_parts,
 )
 from ..surface import Extraction, Parts
 from ._inputs import PARTS_SUFFIX, Failure, find_sources, gather, gather_all
-from ._output import Output, ranking_rows, ranking_table, scores_table
+from ._output import Output, scores_table
 
 SOME_FAILED = 1
 
@@ -49,7 +48,7 @@ def make_parts(
         else:
             written[index] = outcome
     failed = [failures[index] for index in sorted(failures)]
-    _report_failures(failed, len(written), output)
+    report_failures(failed, len(written), output)
     seconds = time.perf_counter() - started
     output.result(
         f"{len(written)} of {len(sources)} meshes: parts in {out} ({seconds:.1f} s)",
@@ -77,7 +76,7 @@ def make_matrix(
     require_place_for_matrix(out)
     started = time.perf_counter()
     parts, failed = gather_all(find_sources(inputs), extraction, jobs, output.progress)
-    _report_failures(failed, len(parts), output)
+    report_failures(failed, len(parts), output)
     extracted = time.perf_counter()
     values = dissimilarity_matrix(parts, matching, output.progress)
     seconds = {"parts": extracted - started, "matrix": time.perf_counter() - extracted}
@@ -105,31 +104,6 @@ def make_matrix(
     return SOME_FAILED if failed and strict else 0
 
 
-def run_query(query: Path, folder: Path, matching: Matching, top: int, jobs: int, strict: bool, output: Output) -> int:
-    """`curvematch query`: one mesh, or its parts, against a folder of parts."""
-    collection, failed = gather_all(find_sources([folder]), Extraction(), jobs)
-    _report_failures(failed, len(collection), output)
-    found, unusable = gather_all(find_sources([query]), collection[0].settings, jobs)
-    _report_failures(unusable, len(found), output)
-    ranking = rank(found[0], collection, matching, output.progress)
-    for note in ranking.notes:
-        output.note(note)
-    output.result(
-        ranking_table(ranking, top),
-        {
-            "query": found[0].name,
-            "results": ranking_rows(ranking, top),
-            "objects": len(collection),
-            "conflict": ranking.conflict,
-            "unknown": ranking.unknown,
-            "notes": list(ranking.notes),
-            "failed": [dataclasses.asdict(failure) for failure in failed],
-            "settings": run_settings(collection[0].settings, matching),
-        },
-    )
-    return SOME_FAILED if failed and strict else 0
-
-
 def run_evaluation(matrix: Path, labels: Path, output: Output) -> int:
     """`curvematch evaluate`: the measures of a saved matrix."""
     saved = load_matrix(matrix)
@@ -146,7 +120,8 @@ def run_settings(extraction: Extraction, matching: Matching) -> dict[str, object
     return {"extraction": dataclasses.asdict(extraction), "matching": dataclasses.asdict(matching)}
 
 
-def _report_failures(failed: Sequence[Failure], usable: int, output: Output) -> None:
+def report_failures(failed: Sequence[Failure], usable: int, output: Output) -> None:
+    """Say which inputs had to be left out, and go no further when nothing is left."""
     output.failures(failed)
     if not usable:
         raise NothingUsable("none of the inputs could be used")

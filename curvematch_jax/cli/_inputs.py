@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -29,6 +30,11 @@ class Failure:
 
     name: str
     reason: str
+
+
+def is_parts(path: Path) -> bool:
+    """Whether a file holds parts, and not a mesh."""
+    return path.suffix.lower() == PARTS_SUFFIX
 
 
 def find_sources(inputs: Sequence[Path]) -> list[Source]:
@@ -68,11 +74,34 @@ def gather_all(
     return [r for r in in_order if isinstance(r, Parts)], [r for r in in_order if isinstance(r, Failure)]
 
 
+def find_meshes(folder: Path, names: Sequence[str]) -> dict[str, Path]:
+    """The mesh files in a folder by the names of the objects, for those names that one file there fits.
+
+    A file fits a name that is the end of its path, with or without its suffix.
+
+    Raises:
+        ValueError: when there is no such folder, or no file in it fits any name.
+    """
+    if not folder.is_dir():
+        raise ValueError(f"{folder} is not a folder of meshes")
+    fitting: defaultdict[str, list[Path]] = defaultdict(list)
+    for path in _files(folder, MESH_SUFFIXES):
+        parts = path.relative_to(folder).parts
+        for k in range(len(parts)):
+            end = Path(*parts[k:])
+            for name in (end, end.with_suffix("")):
+                fitting[name.as_posix()].append(path)
+    found = {name: fitting[name][0] for name in names if len(fitting[name]) == 1}
+    if not found:
+        raise ValueError(f"{folder}: no mesh in this folder has the name of an object, such as {names[0]}")
+    return found
+
+
 def _each(sources: Sequence[Source], extraction: Extraction, jobs: int) -> Iterator[tuple[int, Parts | str]]:
-    is_parts = [source.path.suffix == PARTS_SUFFIX for source in sources]
-    for index in (i for i, stored in enumerate(is_parts) if stored):
+    ready = [is_parts(source.path) for source in sources]
+    for index in (i for i, stored in enumerate(ready) if stored):
         yield index, _read(sources[index])
-    meshes = [i for i, stored in enumerate(is_parts) if not stored]
+    meshes = [i for i, stored in enumerate(ready) if not stored]
     for outcome in in_processes(_extract, [(sources[i], extraction) for i in meshes], jobs):
         yield meshes[outcome.task], outcome.result if outcome.failure is None else outcome.failure
 
@@ -91,12 +120,15 @@ def _extract(task: tuple[Source, Extraction]) -> Parts:
 
 def _opened(folder: Path) -> list[Path]:
     """The parts in a folder and its folders, or else the meshes there; hidden ones are passed over."""
-    inside = sorted(path for path in folder.rglob("*") if not _hidden(path.relative_to(folder)))
-    files = [path for path in inside if path.suffix == PARTS_SUFFIX]
-    files = files or [path for path in inside if path.suffix.lower() in MESH_SUFFIXES and path.is_file()]
+    files = _files(folder, [PARTS_SUFFIX]) or _files(folder, MESH_SUFFIXES)
     if not files:
         raise ValueError(f"{folder}: neither meshes ({', '.join(MESH_SUFFIXES)}) nor parts in this folder")
     return files
+
+
+def _files(folder: Path, suffixes: Sequence[str]) -> list[Path]:
+    inside = sorted(path for path in folder.rglob("*") if not _hidden(path.relative_to(folder)))
+    return [path for path in inside if path.suffix.lower() in suffixes and path.is_file()]
 
 
 def _hidden(path: Path) -> bool:
@@ -105,4 +137,4 @@ def _hidden(path: Path) -> bool:
 
 def _object_path(path: Path) -> Path:
     """The path that names the object: parts of `cat.off` are in `cat.off.npz`."""
-    return path.with_suffix("") if path.suffix == PARTS_SUFFIX else path
+    return path.with_suffix("") if is_parts(path) else path

@@ -66,14 +66,15 @@ def scores_table(scores: Scores) -> str:
     return "\n".join(lines)
 
 
-def ranking_rows(ranking: Ranking, top: int) -> list[dict[str, object]]:
-    """The best of a ranking, for JSON."""
+def ranking_rows(ranking: Ranking, top: int, explained: bool = False) -> list[dict[str, object]]:
+    """The best of a ranking, for JSON; explained ones have the matches of their parts."""
     return [
         {
             "rank": place,
             "name": ranking.names[index],
             "probability": float(ranking.probability[index]),
             "dissimilarity": float(ranking.dissimilarity[index]),
+            **({"matches": [match._asdict() for match in ranking.explain(index)]} if explained else {}),
         }
         for place, index in enumerate(ranking.order[:top].tolist(), start=1)
     ]
@@ -89,4 +90,13 @@ def ranking_table(ranking: Ranking, top: int) -> str:
         for row in rows
     ]
     lines.append(f"conflict {ranking.conflict:.5f}, unknown {ranking.unknown:.5f}")
+    return "\n".join(lines)
+
+
+def matches_table(ranking: Ranking, top: int) -> str:
+    """Which part of the query matched which part of each of the best objects, for people."""
+    rows = [(ranking.names[j], match) for j in ranking.order[:top].tolist() for match in ranking.explain(j)]
+    width = max((len(name) for name, _ in rows), default=4)
+    lines = [f"{'name':<{width}}  query part -> object part  distance     mass"]
+    lines += [f"{name:<{width}}  {m.part:>10} -> {m.other:<11}  {m.distance:8.5f}  {m.mass:7.5f}" for name, m in rows]
     return "\n".join(lines)

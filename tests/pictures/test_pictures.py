@@ -3,7 +3,8 @@ import sys
 import numpy as np
 import pytest
 
-from curvematch_jax.pictures import Tile, _project, matrix_picture, sheet
+from curvematch_jax.pictures import Tile, matrix_picture, sheet
+from curvematch_jax.pictures._view import paint
 from curvematch_jax.surface import Mesh
 
 image = pytest.importorskip("matplotlib.image")
@@ -74,7 +75,8 @@ def test_empty_sheets_are_refused(tmp_path):
 
 
 def test_a_ball_is_projected_to_a_disc_lit_from_above():
-    triangles, shades = _project(ball())
+    corners, shades = paint(ball())
+    triangles = corners[..., :2]
     middles = triangles.mean(axis=1)
     assert np.abs(triangles).max() == pytest.approx(1, abs=0.02)
     assert np.linalg.norm(middles, axis=1).max() < 1.01
@@ -87,18 +89,18 @@ def test_the_near_side_is_painted_last_and_the_back_not_at_all():
     triangle = np.stack([-right - up, right - up, up])
     near_small, far_large = 0.2 * triangle + towards, triangle - towards
     for points in (np.concatenate([near_small, far_large]), np.concatenate([far_large, near_small])):
-        painted, _ = _project(Mesh(points, np.array([[0, 1, 2], [3, 4, 5]])))
-        assert [np.ptp(t) > 1 for t in painted] == [True, False]
-        assert len(_project(Mesh(points, np.array([[0, 2, 1], [3, 4, 5]])))[0]) == 1
+        painted, _ = paint(Mesh(points, np.array([[0, 1, 2], [3, 4, 5]])))
+        assert [np.ptp(t[:, :2]) > 1 for t in painted] == [True, False]
+        assert len(paint(Mesh(points, np.array([[0, 2, 1], [3, 4, 5]]))).corners) == 1
 
 
 def test_large_scans_are_thinned_and_scale_does_not_matter():
     large = ball(400)
-    triangles, _ = _project(large)
+    triangles, _ = paint(large)
     assert len(large.faces) > 600_000
     assert len(triangles) < 60_000
-    small, _ = _project(ball(16))
-    scaled, _ = _project(Mesh(ball(16).vertices * 1e6 + 3, ball(16).faces))
+    small, _ = paint(ball(16))
+    scaled, _ = paint(Mesh(ball(16).vertices * 1e6 + 3, ball(16).faces))
     assert len(small) == len(scaled)
 
 

@@ -1,0 +1,120 @@
+"""The work of `curvematch query`: a ranking, how long its stages took, and why it is as it is."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..pictures import check_picture, explanation_picture
+from ..retrieval import Matching, Ranking, rank
+from ..surface import Extraction, Mesh, MeshError, Parts, load_mesh
+from ._commands import SOME_FAILED, report_failures, run_settings
+from ._inputs import find_meshes, find_sources, gather_all, is_parts
+from ._output import Output, matches_table, ranking_rows, ranking_table
+
+# Objects beside the query in a picture: as many as stay readable in one row.
+_DRAWN = 5
+# Among the indices of the collection.
+_QUERY = -1
+
+
+@dataclasses.dataclass(frozen=True)
+class Explanation:
+    """Where `--explain` draws the matched parts, and the folder of `--meshes`."""
+
+    picture: Path
+    meshes: Path | None = None
+
+
+@dataclasses.dataclass
+class _Clock:
+    """Seconds by stage, in the order of the stages."""
+
+    seconds: dict[str, float] = dataclasses.field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        started = time.perf_counter()
+        yield
+        self.seconds[name] = time.perf_counter() - started
+
+
+def run_query(
+    query: Path,
+    folder: Path,
+    matching: Matching,
+    top: int,
+    explanation: Explanation | None,
+    jobs: int,
+    strict: bool,
+    output: Output,
+) -> int:
+    """`curvematch query`: one mesh, or its parts, against a folder of parts."""
+    if explanation is not None:
+        check_picture(explanation.picture)
+    clock = _Clock()
+    with clock.stage("collection"):
+        collection, failed = gather_all(find_sources([folder]), Extraction(), jobs)
+    report_failures(failed, len(collection), output)
+    files = _mesh_files(explanation, collection)
+    with clock.stage("query"):
+        found, unusable = gather_all(find_sources([query]), collection[0].settings, jobs)
+    report_failures(unusable, len(found), output)
+    ranking = rank(found[0], collection, matching, output.progress)
+    clock.seconds.update(ranking.seconds)
+    for note in ranking.notes:
+        output.note(note)
+    if explanation is not None:
+        if not is_parts(query):
+            files[_QUERY] = query
+        with clock.stage("picture"):
+            _draw(found[0], collection, ranking, explanation.picture, min(top, _DRAWN), files, output)
+    output.note(", ".join(f"{name} {seconds:.2f} s" for name, seconds in clock.seconds.items()))
+    data = {
+        "query": found[0].name,
+        "results": ranking_rows(ranking, top, explained=explanation is not None),
+        "objects": len(collection),
+        "conflict": ranking.conflict,
+        "unknown": ranking.unknown,
+        "notes": list(ranking.notes),
+        "failed": [dataclasses.asdict(failure) for failure in failed],
+        "seconds": clock.seconds,
+        "settings": run_settings(collection[0].settings, matching),
+    }
+    text = ranking_table(ranking, top)
+    if explanation is not None:
+        data["picture"] = str(explanation.picture)
+        text += f"\n\n{matches_table(ranking, top)}\n\nmatched parts in the same colours: {explanation.picture}"
+    output.result(text, data)
+    return SOME_FAILED if failed and strict else 0
+
+
+def _mesh_files(explanation: Explanation | None, collection: Sequence[Parts]) -> dict[int, Path]:
+    """The mesh files of the collection's objects by their indices, as far as they are known."""
+    if explanation is None or explanation.meshes is None:
+        return {}
+    named = find_meshes(explanation.meshes, [parts.name for parts in collection])
+    return {j: named[parts.name] for j, parts in enumerate(collection) if parts.name in named}
+
+
+def _draw(
+    query: Parts,
+    collection: Sequence[Parts],
+    ranking: Ranking,
+    picture: Path,
+    top: int,
+    files: Mapping[int, Path],
+    output: Output,
+) -> None:
+    """The picture of `--explain`; a mesh file that cannot be read costs its own surface alone."""
+    meshes: dict[int, Mesh] = {}
+    for index in [_QUERY, *ranking.order[:top].tolist()]:
+        if index in files:
+            try:
+                meshes[index] = load_mesh(files[index])
+            except MeshError as error:
+                output.note(f"drawn without its surface: {error}")
+    explanation_picture(query, collection, ranking, picture, top, meshes.pop(_QUERY, None), meshes)

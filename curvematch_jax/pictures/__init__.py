@@ -1,0 +1,12 @@
+"""Pictures of results: matrices in blocks, sheets of ranked meshes, matched parts in the same colours, masses of parts.
+
+Everything here needs matplotlib, the extra `plot`, and draws to a file: no window, no backend is touched.
+"""
+
+from ._canvas import check_picture
+from ._explanation import explanation_picture
+from ._masses import masses_picture
+from ._matrix import matrix_picture
+from ._sheet import Tile, sheet
+
+__all__ = ["Tile", "check_picture", "explanation_picture", "masses_picture", "matrix_picture", "sheet"]
