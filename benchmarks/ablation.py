@@ -43,7 +43,7 @@ ROWS: dict[str, tuple[Extraction, Matching]] = {
     # Sizes so heavy that shapes decide nothing.
     "without shapes": (
         Extraction(),
-        dataclasses.replace(Matching(), length_weight=25.0, front_weight=25.0, isometry_weight=600.0, missing=60.0),
+        dataclasses.replace(Matching(), length_weight=25.0, front_weight=25.0, isometry_weight=1200.0, missing=60.0),
     ),
     "without added parts": (Extraction(least=1), Matching()),
     "even levels": (Extraction(spacing=1.0), Matching()),
@@ -54,8 +54,8 @@ ROWS: dict[str, tuple[Extraction, Matching]] = {
     "true size": (Extraction(), Matching(unit="mesh")),
     "significance by area": (Extraction(), Matching(significance="area")),
     "masses of equation 4": (Extraction(), Matching(masses="shares", scale=1.0)),
-    "isometry weight 3": (Extraction(), Matching(isometry_weight=3.0)),
-    "isometry weight 12": (Extraction(), Matching(isometry_weight=12.0)),
+    "isometry weight 6": (Extraction(), Matching(isometry_weight=6.0)),
+    "isometry weight 24": (Extraction(), Matching(isometry_weight=24.0)),
     "level weights k^-.25": (Extraction(), Matching(decay=0.25)),
     "level weights k^-.5": (Extraction(), Matching(decay=0.5)),
 }

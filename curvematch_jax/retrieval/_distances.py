@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..elastic import Aligner, pair_distances
-from ._matching import MAX_ISOMETRY_RATIO, MAX_LOG_RATIO, Matching
+from ._matching import ISOMETRY_DECAY, MAX_ISOMETRY_RATIO, MAX_LOG_RATIO, Matching
 from ._stack import Stack
 
 # Pairs of parts whose levels are held at once while their sizes are compared.
@@ -100,10 +100,19 @@ def _part_distances(
         fronts = np.abs(first.log_fronts[one] - second.log_fronts[other])
         distances += matching.front_weight * _mean(np.minimum(fronts, MAX_LOG_RATIO), None, weights)
     if matching.isometry_weight:
-        unequal = np.where(both, np.minimum(lengths, MAX_ISOMETRY_RATIO), MAX_ISOMETRY_RATIO * either)
-        limited = np.minimum(_mean(unequal, either, weights), matching.isometry_limit)
-        distances += matching.isometry_weight * limited
+        unequal = _inequality(first, second, pairs)
+        distances += matching.isometry_weight * np.minimum(unequal, matching.isometry_limit)
     return np.where(both.any(axis=1), distances, matching.max_distance)
+
+
+def _inequality(first: Stack, second: Stack, pairs: np.ndarray) -> np.ndarray:
+    """How far the lengths of two parts are from those of isometric surfaces, (K,)."""
+    one, other = pairs.T
+    left, right = first.rows[one] >= 0, second.rows[other] >= 0
+    units = first.log_units[one] - second.log_units[other]
+    lengths = np.abs(first.log_lengths[one] - second.log_lengths[other] - units[:, None])
+    unequal = np.where(left & right, np.minimum(lengths, MAX_ISOMETRY_RATIO), MAX_ISOMETRY_RATIO * (left | right))
+    return _mean(unequal, left | right, np.arange(1.0, left.shape[1] + 1) ** -ISOMETRY_DECAY)
 
 
 def _mean(values: np.ndarray, counted: np.ndarray | None, weights: np.ndarray) -> np.ndarray:

@@ -26,6 +26,8 @@ MAX_LOG_RATIO = math.log(8.0)
 # Where surfaces are isometric, lengths agree within what meshing and geodesics leave of them. A single level that
 # differs by more, or that only one part has, says no more than that it differs.
 MAX_ISOMETRY_RATIO = 0.2
+# Their weights fall as `k^-0.6`: near its tip a limb keeps its girth in any pose.
+ISOMETRY_DECAY = 0.6
 
 
 _CHOICES = {"fusion": Fusion, "masses": Masses, "significance": Significance, "unit": Unit}
@@ -39,9 +41,9 @@ class Matching:
     the difference of the logarithms of the curves' lengths. The levels are averaged with weights `k^-decay`, k = 1
     next to the feature point, up to a part's first gap; a level that only one of the two parts has counts as
     `missing`, one that neither has does not count. Added are `front_weight` times the mean difference of the
-    logarithms of the fronts, and `isometry_weight` times the mean difference of the logarithms of the lengths, each
-    counted up to 0.2 and the mean up to `isometry_limit`: it tells a body from others of nearly the same
-    proportions, and is the same constant for everything that is farther from isometric.
+    logarithms of the fronts, and `isometry_weight` times the mean difference of the logarithms of the lengths in
+    diameters, each counted up to 0.2, with weights `k^-0.6`, and the mean up to `isometry_limit`: it tells a body from
+    others of nearly the same proportions, and is the same constant for everything that is farther from isometric.
 
     Attributes:
         aligner: the alignment of two curves.
@@ -71,8 +73,8 @@ class Matching:
     candidates: int = 2
     length_weight: float = 0.25
     front_weight: float = 0.25
-    isometry_weight: float = 6.0
-    isometry_limit: float = 0.12
+    isometry_weight: float = 12.0
+    isometry_limit: float = 0.1
     decay: float = 0.0
     unit: Unit = "area"
     missing: float = 0.6

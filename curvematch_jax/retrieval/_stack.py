@@ -24,8 +24,10 @@ class Stack:
     Attributes:
         curves: (C, 3, n) the curves that count.
         rows: (P, L) where in `curves` a part's level is, -1 where it is masked or beyond a gap.
-        log_lengths: (P, L) 0 where there is no row.
+        log_lengths: (P, L) in the unit that was asked for; 0 where there is no row.
         log_fronts: (P, L)
+        log_units: (P,) `log_lengths` less this are those in diameters; 0 for lengths in the mesh's unit, which are
+            to be compared as they are.
         starts: (M + 1,) object j has the parts `starts[j]` to `starts[j + 1]`.
     """
 
@@ -33,6 +35,7 @@ class Stack:
     rows: np.ndarray
     log_lengths: np.ndarray
     log_fronts: np.ndarray
+    log_units: np.ndarray
     starts: np.ndarray
 
     @property
@@ -56,6 +59,7 @@ class Stack:
             rows=np.where(rows >= 0, rows - before, -1),
             log_lengths=self.log_lengths[parts],
             log_fronts=self.log_fronts[parts],
+            log_units=self.log_units[parts],
             starts=starts - parts.start,
         )
 
@@ -80,6 +84,7 @@ def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
         rows=rows,
         log_lengths=np.log(np.where(mask, lengths, 1.0)).astype(np.float32),
         log_fronts=np.log(fronts + _SHORTEST_FRONT).astype(np.float32),
+        log_units=np.log(units[:, 0]).astype(np.float32) * (unit != "mesh"),
         starts=np.cumsum([0, *(len(parts.areas) for parts in collection)]),
     )
 

@@ -23,7 +23,7 @@ def masked(parts, *holes):
 
 def by_definition(one, p, other, q, settings):
     """Equation D level by level, in plain Python."""
-    levels, unequal, fronts, weights, every = [], [], [], [], []
+    levels, unequal, fronts, weights, falling, every = [], [], [], [], [], []
     common = False
     runs = [unbroken(mask[None])[0] for mask in (one.mask[p], other.mask[q])]
     scale = (one.diameter / one.area**0.5) / (other.diameter / other.area**0.5)
@@ -35,19 +35,20 @@ def by_definition(one, p, other, q, settings):
         if not (here or there):
             continue
         weights.append(every[-1])
+        falling.append((k + 1) ** -0.6)
         if here and there:
             common = True
             curves = one.curves[p, k][None], other.curves[q, k][None]
             shape = float(pair_distances(*curves, np.array([[0, 0]]), settings.aligner)[0])
             ratio = abs(np.log(one.lengths[p, k] / other.lengths[q, k] * scale))
             levels.append(shape + settings.length_weight * min(ratio, np.log(8)))
-            unequal.append(min(ratio, 0.2))
+            unequal.append(min(abs(np.log(one.lengths[p, k] / other.lengths[q, k])), 0.2))
         else:
             levels.append(settings.missing)
             unequal.append(0.2)
     if not common:
         return settings.max_distance
-    isometry = min(np.average(unequal, weights=weights), settings.isometry_limit)
+    isometry = min(np.average(unequal, weights=falling), settings.isometry_limit)
     return (
         np.average(levels, weights=weights)
         + settings.front_weight * np.average(fronts, weights=every)

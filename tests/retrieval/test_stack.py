@@ -12,7 +12,7 @@ def test_slices_of_a_stack_are_stacks_of_slices(make_parts):
     objects = [make_parts(f"{n}", seed=n, parts=n) for n in (2, 0, 3, 1)]
     objects[2].mask[1, 1:] = False
     found, expected = stack(objects)[slice(1, 3)], stack(objects[1:3])
-    for name in ("curves", "rows", "log_lengths", "log_fronts", "starts"):
+    for name in ("curves", "rows", "log_lengths", "log_fronts", "log_units", "starts"):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name), err_msg=name)
 
 
