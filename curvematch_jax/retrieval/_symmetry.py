@@ -23,14 +23,14 @@ from ._stack import stack
 
 # Radians for one diameter by which distances between feature points change.
 _DISTORTION_WEIGHT = 10.0
-# In `limit`s, the cost of a part that stays in its place, and of one without an image. Exchanges that cost less than the
-# first are gains: at the default limit the distances may change by 0.2 diameters between parts that are the same, and
-# by 0.1 between parts that are hardly like each other.
-_STAY = 1.75
-_UNMATCHED = 2.1
-# A symmetry counts when it gains this share of what the best one gains. A table's two reflections gain the same; to
-# exchange a front leg and a hind leg gains less than to exchange left and right.
-_SHARE = 0.7
+# In `limit`s, the cost of a part that stays in its place, and of one without an image. An exchange that costs less than
+# the first is a gain: at the default limit, distances to the other parts may change by 0.2 diameters where two parts
+# are the same, and by 0.07 where they are only just alike.
+_STAY = 1.5
+_UNMATCHED = 1.8
+# In `limit`s, how much higher than the least energy others may be. Both reflections of a table are as good; to
+# exchange a front leg and a hind leg is not as good as to exchange left and right.
+_MARGIN = 0.2
 # Pairs of parts that a search begins with, those nearest to each other: all pairs of 20 parts.
 _SEEDS = 190
 # Assignments after a seed; hardly any changes after the third.
@@ -54,12 +54,14 @@ class Problem:
         between: (P, P) distances of the feature points, symmetric, in diameters.
         stay: the cost of a part that stays in its place, and so the energy of the identity.
         unmatched: the cost of a part without an image, and the most that any costs.
+        margin: how much higher than the least energy that of a symmetry may be.
     """
 
     distances: np.ndarray
     between: np.ndarray
     stay: float
     unmatched: float
+    margin: float
 
     def costs(self, image: np.ndarray, matched: np.ndarray) -> np.ndarray:
         """(P, P) cost of sending part k to part l while the matched parts go to their images."""
@@ -82,20 +84,20 @@ class Problem:
             matched[[worst, image[worst]]] = False
 
 
-def symmetric_parts(parts: Parts, matching: Matching = BEST, limit: float = 1.2) -> tuple[tuple[int, ...], ...]:
+def symmetric_parts(parts: Parts, matching: Matching = BEST, limit: float = 1.3) -> tuple[tuple[int, ...], ...]:
     """Groups of the parts that an intrinsic symmetry exchanges, such as left and right legs.
 
     A symmetry is an involution s of the P parts. With `d(i, j)` the distance of two parts (equation D), or of one and
-    the mirror image of the other when that is less, `d(i, i) = 1.75 limit`, and `b` the distances between feature
+    the mirror image of the other when that is less, `d(i, i) = 1.5 limit`, and `b` the distances between feature
     points (`Parts.between`), its energy is
 
-        E(s) = 1/P sum_i min(d(i, s(i)) + 10 mean_j abs(b(i, j) - b(s(i), s(j))), 2.1 limit)
+        E(s) = 1/P sum_i min(d(i, s(i)) + 10 mean_j abs(b(i, j) - b(s(i), s(j))), 1.8 limit)
 
     with the mean over the other parts j that have an image: those for which the minimum is its first term. So a part
     whose counterpart was not found costs little, and changes nothing for the others. The identity has the energy
-    `1.75 limit`. Every pair of parts with `d <= limit` is exchanged in turn, and the others are assigned, again and
-    again, at the least cost. Of the symmetries found, those count that have at least 0.7 of the best one's gain over
-    the identity; the groups are the orbits of all that count.
+    `1.5 limit`. Every pair of parts with `d <= limit` is exchanged in turn, and the others are assigned, again and
+    again, at the least cost. Of the symmetries found, those count that have images for more than half of the parts,
+    are below the identity, and at most `0.2 limit` above the lowest. The groups are the orbits of all that count.
 
     Limits: rotations that are not made of reflections or half turns (a whirl of three arms) are not found. Between
     two parts alone there is one distance, which says nothing: likeness decides. Legs of a chair that are alike in all
@@ -121,7 +123,8 @@ def symmetric_parts(parts: Parts, matching: Matching = BEST, limit: float = 1.2)
     distances = self_distances(parts, matching)
     distances[distances > limit] = np.inf
     np.fill_diagonal(distances, _STAY * limit)
-    problem = Problem(distances, parts.between.astype(np.float64), _STAY * limit, _UNMATCHED * limit)
+    stay, unmatched, margin = (share * limit for share in (_STAY, _UNMATCHED, _MARGIN))
+    problem = Problem(distances, parts.between.astype(np.float64), stay, unmatched, margin)
     return _orbits(count, _search(problem))
 
 
@@ -153,9 +156,10 @@ def _search(problem: Problem) -> list[Symmetry]:
     distances = problem.distances[rows, columns]
     nearest = np.argsort(distances, kind="stable")[: min(_SEEDS, int(np.isfinite(distances).sum()))]
     found = [_grown(problem, int(rows[k]), int(columns[k])) for k in nearest]
-    gains = [problem.stay - symmetry.energy for symmetry in found]
-    least = _SHARE * max(gains, default=0.0)
-    return [symmetry for symmetry, gain in zip(found, gains, strict=True) if gain >= least > 0]
+    # Two parts that are the same are a symmetry of themselves, wherever they are: most of the others have to agree.
+    found = [s for s in found if 2 * s.matched.sum() > len(s.matched) and s.energy < problem.stay]
+    most = min((s.energy for s in found), default=0.0) + problem.margin
+    return [s for s in found if s.energy <= most]
 
 
 def _grown(problem: Problem, i: int, j: int) -> Symmetry:

@@ -1,6 +1,7 @@
 """Parts that a symmetry exchanges: made parts whose symmetry is known, and generated creatures."""
 
 import dataclasses
+import functools as ft
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from curvematch_jax.datasets import creature
 from curvematch_jax.retrieval import Matching, symmetric_parts
 from curvematch_jax.retrieval._symmetry import mirrored, self_distances
-from curvematch_jax.surface import extract_parts
+from curvematch_jax.surface import Extraction, extract_parts
 
 _PER_PART = ("curves", "mask", "lengths", "fronts", "centres", "areas", "points")
 
@@ -24,6 +25,12 @@ def from_places(parts, places):
     places = np.asarray(places, np.float32)
     between = np.linalg.norm(places[:, None] - places, axis=-1).astype(np.float32)
     return dataclasses.replace(parts, points=places, between=between / between.max())
+
+
+@pytest.fixture(name="make_parts")
+def fixture_make_parts(make_parts):
+    """With as many samples as the creature's parts have, so that one compilation does for all."""
+    return ft.partial(make_parts, settings=Extraction(levels=3))
 
 
 @pytest.fixture(name="animal")

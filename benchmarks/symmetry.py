@@ -1,0 +1,184 @@
+"""Does `symmetric_parts` find the limbs that a symmetry exchanges?
+
+    python benchmarks/symmetry.py [FOLDER] [--out FILE.json]
+
+FOLDER is like the SHREC'07 watertight track: mesh files N.off, `labels.csv` (`file,class`) and `landmarks/`, with
+`N.vts` (vertex number, x, y, z of a landmark on each line) and `C.sym.info` for the twenty models `20 (C - 1) + 1` to
+`20 C` of a class (landmarks that a symmetry exchanges on each line; Kim, Lipman, Funkhouser: Blended intrinsic maps,
+SIGGRAPH 2011). A part stands for the landmark next to its feature point, within 0.07 diameters.
+
+Without FOLDER the generated creatures are asked, standing as they are planned: the same on the left (x) as on the
+right. Two parts are exchanged when one feature point is the mirror image of the other, within 0.07 diameters. Where
+there is more symmetry than that (the arms of an octopus, nearly the legs of a spider) what it adds counts as wrong.
+
+Counted are pairs of parts that stand for different landmarks: *precision* is the share of those in one group that are
+truly exchanged, *recall* the share of those exchanged that are in one group. Settings were chosen on the first
+half of SHREC'07, every other member of each class; the second is what they are worth.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from importlib.metadata import version
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from features import read_landmarks
+
+from curvematch_jax.cli._commands import run_settings
+from curvematch_jax.cli._jax import configure_jax
+from curvematch_jax.datasets import creatures, labelled_folder
+from curvematch_jax.retrieval import Matching, symmetric_parts
+from curvematch_jax.surface import Extraction, Parts, extract_parts, load_mesh
+
+NEAR = 0.07
+MODELS_A_CLASS = 20
+INDIVIDUALS = 3
+
+
+class Truth(NamedTuple):
+    """What is known about P parts."""
+
+    places: np.ndarray  # (P,) two parts in one place are not asked about
+    groups: np.ndarray  # (P,) parts of one group are exchanged; -1 where nothing is known
+
+
+class Counts(NamedTuple):
+    """Pairs of parts of one model."""
+
+    pairs: int
+    exchanged: int
+    found: int
+    both: int
+
+
+def exchanged_landmarks(path: Path) -> dict[int, int]:
+    """The set that each landmark is in. Sets are lines of numbers; some files end in remarks."""
+    lines = [line.split() for line in path.read_text(encoding="utf-8").splitlines()]
+    sets = [[int(word) for word in words] for words in lines if all(word.isdigit() for word in words)]
+    return {landmark: k for k, members in enumerate(sets) for landmark in members}
+
+
+def landmark_truth(parts: Parts, landmarks: np.ndarray, sets: dict[int, int]) -> Truth:
+    """Parts next to a landmark, and the set it is in."""
+    distances = np.linalg.norm(parts.points[:, None] - landmarks, axis=-1) / parts.diameter
+    places = distances.argmin(axis=1)
+    groups = [sets.get(int(k), -1) if d <= NEAR else -1 for k, d in zip(places, distances.min(axis=1), strict=True)]
+    return Truth(places, np.array(groups, int))
+
+
+def mirror_truth(parts: Parts) -> Truth:
+    """Parts with their mirror images in x; a part without one is not asked about."""
+    distances = np.linalg.norm(parts.points[:, None] - parts.points * [-1, 1, 1], axis=-1) / parts.diameter
+    every, image = np.arange(len(distances)), distances.argmin(axis=1)
+    known = (image[image] == every) & (distances.min(axis=1) <= NEAR)
+    return Truth(every, np.where(known, np.minimum(every, image), -1))
+
+
+def compared(groups: Iterable[tuple[int, ...]], truth: Truth) -> Counts:
+    """The pairs that are asked about, those truly exchanged, those found, and those that are both."""
+    label = np.zeros(len(truth.groups), int)
+    for k, members in enumerate(groups):
+        label[list(members)] = k
+    rows, columns = np.triu_indices(len(label), 1)
+    known = (truth.groups[rows] >= 0) & (truth.groups[columns] >= 0) & (truth.places[rows] != truth.places[columns])
+    rows, columns = rows[known], columns[known]
+    exchanged, found = truth.groups[rows] == truth.groups[columns], label[rows] == label[columns]
+    return Counts(len(rows), int(exchanged.sum()), int(found.sum()), int((exchanged & found).sum()))
+
+
+def of_folder(folder: Path) -> Iterator[tuple[str, Parts, Truth]]:
+    """Class, parts and truth of every model with landmarks."""
+    for path, kind in labelled_folder(folder):
+        points = folder / "landmarks" / f"{path.stem}.vts"
+        sets = folder / "landmarks" / f"{-(-int(path.stem) // MODELS_A_CLASS)}.sym.info"
+        if points.is_file() and sets.is_file():
+            parts = extract_parts(load_mesh(path))
+            yield kind, parts, landmark_truth(parts, read_landmarks(points), exchanged_landmarks(sets))
+
+
+def of_creatures() -> Iterator[tuple[str, Parts, Truth]]:
+    """Class, parts and truth of the creatures at rest; another seed is another individual."""
+    for seed in range(INDIVIDUALS):
+        for made in creatures(poses=1, seed=seed):
+            parts = extract_parts(made.mesh)
+            yield made.label, parts, mirror_truth(parts)
+
+
+def measured(models: Iterable[tuple[str, Parts, Truth]]) -> tuple[dict[str, list[Counts]], list[float]]:
+    """Counts of the models of each class, and the seconds that each model took beyond its extraction."""
+    by_class: defaultdict[str, list[Counts]] = defaultdict(list)
+    seconds = []
+    for kind, parts, truth in models:
+        start = time.perf_counter()
+        groups = symmetric_parts(parts)
+        seconds.append(time.perf_counter() - start)
+        by_class[kind].append(compared(groups, truth))
+    return by_class, seconds
+
+
+def row(counts: list[Counts]) -> dict[str, float | None]:
+    """Counts of several models added up, and the two shares; None where there is nothing to have a share of."""
+    total = Counts(*np.sum(counts, axis=0).tolist()) if counts else Counts(0, 0, 0, 0)
+    return {
+        "models": len(counts),
+        **total._asdict(),
+        "precision": total.both / total.found if total.found else None,
+        "recall": total.both / total.exchanged if total.exchanged else None,
+    }
+
+
+def table(by_class: dict[str, list[Counts]], halves: bool) -> dict[str, dict[str, float | None]]:
+    """A row for each class, for all, and for the two halves: the members of each class in turn."""
+    rows = {kind: row(counts) for kind, counts in sorted(by_class.items())}
+    rows["all"] = row([c for counts in by_class.values() for c in counts])
+    for half, first in (("first half", 0), ("second half", 1)) if halves else ():
+        rows[half] = row([c for counts in by_class.values() for c in counts[first::2]])
+    return rows
+
+
+def print_table(rows: dict[str, dict[str, float | None]]) -> None:
+    """On stdout."""
+    print(f"{'class':12} models  pairs  exchanged  found   both  precision  recall")
+    for kind, r in rows.items():
+        shares = ["-" if r[name] is None else f"{r[name]:.3f}" for name in ("precision", "recall")]
+        print(
+            f"{kind:12} {r['models']:6} {r['pairs']:6} {r['exchanged']:10} {r['found']:6} {r['both']:6}"
+            f"  {shares[0]:>9}  {shares[1]:>6}"
+        )
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Symmetric parts against hand-picked landmarks, or planned limbs.")
+    parser.add_argument("folder", type=Path, nargs="?", help="by default the generated creatures")
+    parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the figures here, too; others are kept")
+    arguments = parser.parse_args()
+    configure_jax(cache=False)
+    by_class, seconds = measured(of_folder(arguments.folder) if arguments.folder else of_creatures())
+    if not by_class:
+        print(f"{arguments.folder} has no model with landmarks", file=sys.stderr)
+        return 2
+    rows = table(by_class, halves=arguments.folder is not None)
+    print_table(rows)
+    print(f"{np.median(seconds):.2f} seconds a model (median), beyond its extraction")
+    if arguments.out:
+        results = json.loads(arguments.out.read_text()) if arguments.out.exists() else {"collections": {}}
+        results["versions"] = {"python": platform.python_version()} | {
+            name: version(name) for name in ("curvematch_jax", "jax", "numpy", "scipy", "potpourri3d")
+        }
+        results["settings"] = {"near": NEAR, **run_settings(Extraction(), Matching())}
+        name = arguments.folder.name if arguments.folder else "creatures"
+        results["collections"][name] = {"median_seconds": float(np.median(seconds)), "classes": rows}
+        arguments.out.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
