@@ -17,8 +17,6 @@ from ._output import Output, matches_table, ranking_rows, ranking_table
 
 # Objects beside the query in a picture: as many as stay readable in one row.
 _DRAWN = 5
-# Among the indices of the collection.
-_QUERY = -1
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,45 +57,57 @@ def run_query(
     with clock.stage("collection"):
         collection, failed = gather_all(find_sources([folder]), Extraction(), jobs)
     report_failures(failed, len(collection), output)
-    files = _mesh_files(explanation, collection)
     with clock.stage("query"):
         found, unusable = gather_all(find_sources([query]), collection[0].settings, jobs)
     report_failures(unusable, len(found), output)
+    files = _mesh_files(explanation, query, [*collection, found[0]])
     ranking = rank(found[0], collection, matching, output.progress)
     clock.seconds.update(ranking.seconds)
     for note in ranking.notes:
         output.note(note)
     if explanation is not None:
-        if not is_parts(query):
-            files[_QUERY] = query
         with clock.stage("picture"):
             _draw(found[0], collection, ranking, explanation.picture, min(top, _DRAWN), files, output)
     output.note(", ".join(f"{name} {seconds:.2f} s" for name, seconds in clock.seconds.items()))
-    data = {
-        "query": found[0].name,
-        "results": ranking_rows(ranking, top, explained=explanation is not None),
-        "objects": len(collection),
-        "conflict": ranking.conflict,
-        "unknown": ranking.unknown,
-        "notes": list(ranking.notes),
-        "failed": [dataclasses.asdict(failure) for failure in failed],
-        "seconds": clock.seconds,
-        "settings": run_settings(collection[0].settings, matching),
-    }
-    text = ranking_table(ranking, top)
-    if explanation is not None:
-        data["picture"] = str(explanation.picture)
-        text += f"\n\n{matches_table(ranking, top)}\n\nmatched parts in the same colours: {explanation.picture}"
-    output.result(text, data)
+    output.result(
+        _text(ranking, top, explanation),
+        {
+            "query": found[0].name,
+            "results": ranking_rows(ranking, top, explained=explanation is not None),
+            "objects": len(collection),
+            "conflict": ranking.conflict,
+            "unknown": ranking.unknown,
+            "notes": list(ranking.notes),
+            "failed": [dataclasses.asdict(failure) for failure in failed],
+            "picture": None if explanation is None else str(explanation.picture),
+            "seconds": clock.seconds,
+            "settings": run_settings(collection[0].settings, matching),
+        },
+    )
     return SOME_FAILED if failed and strict else 0
 
 
-def _mesh_files(explanation: Explanation | None, collection: Sequence[Parts]) -> dict[int, Path]:
-    """The mesh files of the collection's objects by their indices, as far as they are known."""
-    if explanation is None or explanation.meshes is None:
+def _text(ranking: Ranking, top: int, explanation: Explanation | None) -> str:
+    """The result for people."""
+    table = ranking_table(ranking, top)
+    if explanation is None:
+        return table
+    return f"{table}\n\n{matches_table(ranking, top)}\n\nmatched parts in the same colours: {explanation.picture}"
+
+
+def _mesh_files(explanation: Explanation | None, query: Path, objects: Sequence[Parts]) -> dict[int, Path]:
+    """The mesh files, as far as they are known, by the indices of objects of which the query is the last.
+
+    Raises:
+        ValueError: when there is none at all in the folder that was given.
+    """
+    if explanation is None:
         return {}
-    named = find_meshes(explanation.meshes, [parts.name for parts in collection])
-    return {j: named[parts.name] for j, parts in enumerate(collection) if parts.name in named}
+    files: dict[int, Path] = {}
+    if explanation.meshes is not None:
+        named = find_meshes(explanation.meshes, [parts.name for parts in objects])
+        files = {j: named[parts.name] for j, parts in enumerate(objects) if parts.name in named}
+    return files if is_parts(query) else files | {len(objects) - 1: query}
 
 
 def _draw(
@@ -111,10 +121,10 @@ def _draw(
 ) -> None:
     """The picture of `--explain`; a mesh file that cannot be read costs its own surface alone."""
     meshes: dict[int, Mesh] = {}
-    for index in [_QUERY, *ranking.order[:top].tolist()]:
+    for index in [len(collection), *ranking.order[:top].tolist()]:
         if index in files:
             try:
                 meshes[index] = load_mesh(files[index])
             except MeshError as error:
                 output.note(f"drawn without its surface: {error}")
-    explanation_picture(query, collection, ranking, picture, top, meshes.pop(_QUERY, None), meshes)
+    explanation_picture(query, collection, ranking, picture, top, meshes.pop(len(collection), None), meshes)

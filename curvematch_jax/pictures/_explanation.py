@@ -26,12 +26,16 @@ _CELLS = 240
 # How much of its part's colour the surface has; the rest is white.
 _TINT = 0.25
 # Towards the viewer, in half tiles: curves lie on the surface, and must not be hidden by the faces that they touch.
-_LIFT = 0.025
+_LIFT = 0.05
 # Away from the viewer, in half tiles a diameter: where strips overlap, those of the nearest feature point are on top.
 _SINK = 3.0
 _CURVE_WIDTH = 0.9
 # An edge in the face's own colour hides the seams that anti-aliasing leaves.
 _SEAM_WIDTH = 0.4
+
+# What each layer of a drawing is made of: corners (t, 4, 3) along the viewer's axes, and each one's RGBA of face and
+# edge and width of the edge.
+_Layer: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 def explanation_picture(
@@ -84,7 +88,7 @@ def explanation_picture(
 
 def _caption(axes: Axes, above: str, below: str) -> None:
     axes.set_title(above, fontsize=9)
-    axes.set_xlabel(below, fontsize=8, labelpad=3)
+    axes.set_xlabel(below, fontsize=8, labelpad=3, parse_math=False)  # A name may have dollars in it.
 
 
 def _draw(axes: Axes, parts: Parts, owner: np.ndarray, numbers: Sequence[Sequence[int]], mesh: Mesh | None) -> None:
@@ -104,11 +108,6 @@ def _draw(axes: Axes, parts: Parts, owner: np.ndarray, numbers: Sequence[Sequenc
         polygons(corners[order, :, :2], facecolors=fills[order], edgecolors=edges[order], linewidths=widths[order])
     )
     _number(axes, frame.seen(parts.points.astype(float)), colours, numbers)
-
-
-# What each layer of a drawing is made of: corners (t, 4, 3) along the viewer's axes, and each one's RGBA of face and
-# edge and width of the edge.
-_Layer: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 def _curves(pieces: Strokes, frame: Frame, colours: np.ndarray) -> _Layer:
@@ -132,13 +131,20 @@ def _strips(pieces: Strokes, frame: Frame, colours: np.ndarray) -> _Layer:
 
 def _faces(mesh: Mesh, pieces: Strokes, frame: Frame, colours: np.ndarray) -> _Layer:
     """The faces of a mesh that face the viewer, each in the colour of the curve that is nearest."""
-    a, b, c = mesh.vertices[mesh.faces].transpose(1, 0, 2)
+    a, b, c = (mesh.vertices - mesh.vertices.mean(axis=0))[mesh.faces].transpose(1, 0, 2)
     inside_out = float((np.cross(a, b) * c).sum()) < 0
     corners, lit = paint(Mesh(mesh.vertices, mesh.faces[:, ::-1]) if inside_out else mesh, frame, _CELLS)
-    own = pieces.beyond <= 0
-    _, nearest = KDTree(frame.seen(pieces.outer[own, 0])).query(corners.mean(axis=1))
-    fills = _pale(colours[pieces.part[own][nearest]], lit)
+    fills = _pale(colours[_nearest_part(pieces, frame, corners.mean(axis=1))], lit)
     return corners[:, [0, 1, 2, 2]], fills, fills, np.full(len(fills), _SEAM_WIDTH)
+
+
+def _nearest_part(pieces: Strokes, frame: Frame, points: np.ndarray) -> np.ndarray:
+    """Of points (p, 3) along the viewer's axes: the part (p,) whose curve is the nearest; the first without curves."""
+    own = pieces.beyond <= 0
+    if not own.any():
+        return np.zeros(len(points), int)
+    _, nearest = KDTree(frame.seen(pieces.outer[own, 0])).query(points)
+    return pieces.part[own][nearest]
 
 
 def _pale(colours: np.ndarray, lit: np.ndarray) -> np.ndarray:

@@ -42,7 +42,8 @@ def masses_picture(ranking: Ranking, path: str | Path, top: int = 20) -> None:
     bars.tick_params(labelsize=7, bottom=False, labelbottom=False)
     bars.spines[["top", "right"]].set_visible(False)
     image = heat.imshow(masses, cmap="viridis", aspect="auto", interpolation="nearest")
-    heat.set_xticks(np.arange(objects), [ranking.names[j] for j in best.tolist()], rotation=90, fontsize=7)
+    names = [ranking.names[j] for j in best.tolist()]
+    heat.set_xticks(np.arange(objects), names, rotation=90, fontsize=7, parse_math=False)
     heat.set_yticks(np.arange(parts), [str(i) for i in range(parts)], fontsize=7, fontweight="bold")
     for label, colour in zip(heat.get_yticklabels(), part_colours(np.arange(parts)), strict=True):
         label.set_color(colour)

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from ..surface import Parts
 
 # How far the strips of a part go on where another's are nearer, in diameters: without it there are gaps between them.
-OVERLAP = 0.08
+OVERLAP = 0.16
 
 
 class Strokes(NamedTuple):

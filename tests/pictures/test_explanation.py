@@ -126,7 +126,7 @@ def test_matched_parts_have_the_same_colours(tmp_path):
 
 
 def test_surfaces_are_drawn_whichever_way_they_are_oriented(tmp_path):
-    query, collection = sphere_parts("query"), [sphere_parts("same")]
+    query, collection = sphere_parts("query"), [sphere_parts("$same_^$")]  # a name, not mathematics
     ranking = ranking_of(collection, [[0], [1]], [[0.1], [0.2]])
     ball = trimesh.creation.icosphere(3)
     out = Mesh(np.asarray(ball.vertices), np.asarray(ball.faces))
@@ -136,6 +136,15 @@ def test_surfaces_are_drawn_whichever_way_they_are_oriented(tmp_path):
     drawn, inside_out, by_curves = (pixels(tmp_path / f"{name}.png") for name in ("out", "turned", "none"))
     assert np.mean(np.abs(drawn - inside_out) > 8) < 0.01
     assert np.mean(np.abs(drawn - by_curves) > 8) > 0.01
+
+
+def test_parts_without_curves_are_points_on_the_surface(tmp_path):
+    bare = dataclasses.replace(sphere_parts(), mask=np.zeros((2, SETTINGS.levels), bool))
+    ball = trimesh.creation.icosphere(2)
+    mesh = Mesh(np.asarray(ball.vertices), np.asarray(ball.faces))
+    ranking = ranking_of([bare], [[0], [1]], [[1.0], [1.0]])
+    explanation_picture(bare, [bare], ranking, tmp_path / "bare.png", mesh=mesh)
+    assert all(count(pixels(tmp_path / "bare.png"), colour) > 100 for colour in PALETTE[:2])
 
 
 def test_a_ranking_of_something_else_is_refused(tmp_path):
