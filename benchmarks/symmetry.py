@@ -35,7 +35,8 @@ from features import read_landmarks
 from curvematch_jax.cli._commands import run_settings
 from curvematch_jax.cli._jax import configure_jax
 from curvematch_jax.datasets import creatures, labelled_folder
-from curvematch_jax.retrieval import Matching, symmetric_parts
+from curvematch_jax.retrieval import symmetric_parts
+from curvematch_jax.retrieval._symmetry import SELF
 from curvematch_jax.surface import Extraction, Parts, extract_parts, load_mesh
 
 NEAR = 0.07
@@ -173,7 +174,7 @@ def main() -> int:
         results["versions"] = {"python": platform.python_version()} | {
             name: version(name) for name in ("curvematch_jax", "jax", "numpy", "scipy", "potpourri3d")
         }
-        results["settings"] = {"near": NEAR, **run_settings(Extraction(), Matching())}
+        results["settings"] = {"near": NEAR, **run_settings(Extraction(), SELF)}
         name = arguments.folder.name if arguments.folder else "creatures"
         results["collections"][name] = {"median_seconds": float(np.median(seconds)), "classes": rows}
         arguments.out.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
