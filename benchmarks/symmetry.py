@@ -12,8 +12,8 @@ right. Two parts are exchanged when one feature point is the mirror image of the
 there is more symmetry than that (the arms of an octopus, nearly the legs of a spider) what it adds counts as wrong.
 
 Counted are pairs of parts that stand for different landmarks: *precision* is the share of those in one group that are
-truly exchanged, *recall* the share of those exchanged that are in one group. Settings were chosen on the first
-half of SHREC'07, every other member of each class; the second is what they are worth.
+truly exchanged, *recall* the share of those exchanged that are in one group. Settings were searched on the first half
+of SHREC'07, every other member of each class. The second was looked at on the way, so it is no untouched test.
 """
 
 from __future__ import annotations
