@@ -6,7 +6,7 @@ import numpy as np
 
 from ._clean import clean
 from ._features import Features, feature_points
-from ._fields import Field, check_field, curve_unit, distances_on
+from ._fields import Distances, Field, check_field, curve_unit, distances_on
 from ._levels import LevelSets, follow, front_lengths
 from ._mesh import Mesh
 from ._topology import Edges, edges, face_areas
@@ -112,6 +112,18 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
     mesh, report = clean(mesh, vertices=extraction.vertices)
     distances = distances_on(mesh, extraction.field)
     features = feature_points(mesh, distances, extraction.epsilon, extraction.least)
+    return parts_around(mesh, distances, features, extraction, report.messages)
+
+
+def parts_around(
+    mesh: Mesh, distances: Distances, features: Features, extraction: Extraction, notes: tuple[str, ...] = ()
+) -> Parts:
+    """The parts around given vertices of a clean mesh.
+
+    Args:
+        distances: of `mesh`, the field that `extraction` names.
+        notes: what cleaning changed.
+    """
     unit = curve_unit(mesh, extraction.field, features.diameter)
     table = edges(mesh.faces)
     parts = [_part(mesh, table, distances(v), v, features.diameter, extraction) for v in features.vertices.tolist()]
@@ -130,7 +142,7 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
         area=float(face_areas(mesh.vertices, mesh.faces).sum()),
         diameter=unit,
         settings=extraction,
-        notes=report.messages + _warnings(features, mask),
+        notes=notes + _warnings(features, mask),
     )
 
 
