@@ -115,6 +115,18 @@ class Collection:
             chosen += [k] if count is None or seen[label] <= count else []
         return chosen
 
+    def named(self, names: Sequence[str]) -> list[int]:
+        """The models of these names.
+
+        Raises:
+            ValueError: there is no such model.
+        """
+        places = {model.name: k for k, model in enumerate(self.described)}
+        for name in names:
+            if name not in places:
+                raise ValueError(f"{self.name} has no model {name}; it has {', '.join(list(places)[:5])}, ...")
+        return [places[name] for name in names]
+
     def model(self, k: int) -> Model:
         """Where a described model comes from."""
         return next(m for m in self.models if m.name == self.described[k].name)
