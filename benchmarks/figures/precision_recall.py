@@ -33,8 +33,8 @@ def measured_baselines(collection: Collection, names: Sequence[str]) -> dict[str
     """Describe and compare all models. The baselines come together: a mesh is loaded and cleaned once for them all."""
     if not names:
         return {}
-    rows = measured(collection.name, collection.models, collection.jobs)["baselines"]
-    return _precision(rows, names)
+    found: Numbers = measured(collection.name, collection.models, collection.jobs)
+    return _precision(found["baselines"], names)
 
 
 def known_baselines(path: Path, collection: str, names: Sequence[str]) -> dict[str, list[float]]:
