@@ -155,18 +155,18 @@ class Figure:
 
 def command(figure: Figure, argv: Sequence[str] | None = None) -> None:
     """The work of one figure's script."""
-    arguments = parser_of(figure).parse_args(argv)
+    arguments = parser_of(figure.about, figure.options).parse_args(argv)
     configure_jax()
     perform(figure, Collection.of(arguments.folder, arguments.jobs), arguments)
 
 
-def parser_of(figure: Figure) -> argparse.ArgumentParser:
-    """What all figures take, and what this one takes besides."""
-    parser = argparse.ArgumentParser(description=figure.about, formatter_class=argparse.RawDescriptionHelpFormatter)
+def parser_of(about: str | None, options: Callable[[argparse.ArgumentParser], object]) -> argparse.ArgumentParser:
+    """What all figures take, and the options that one takes besides."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path, metavar="FOLDER", help="by default the built-in creatures")
     parser.add_argument("--out", type=Path, metavar="DIR", default=Path("figures"), help="default: figures")
     parser.add_argument("--jobs", type=int, default=cores(), help="worker processes")
-    figure.options(parser)
+    options(parser)
     return parser
 
 

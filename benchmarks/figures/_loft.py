@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from curvematch_jax.elastic import Geodesic, align, geodesic
 from curvematch_jax.surface import Parts
+
+# Lengths of level curves (L,) and their centres (L, 3) seen from the feature point, in the object's unit.
+_Sizes: TypeAlias = tuple[np.ndarray, np.ndarray]
+
+# Radians: how far alignments of different levels turn a part, and still mean the same.
+_ALIKE = 0.8
 
 
 class Way(NamedTuple):
@@ -23,7 +29,8 @@ def way(first: Parts, i: int, second: Parts, j: int, count: int, steps: int) -> 
     """The way from part i of one object to part j of another, through at most `count` levels.
 
     A geodesic knows shapes alone. Sizes and places are interpolated: the second part is laid onto the first by one
-    rotation about the feature point, and what a level's own alignment had turned it by is undone step by step.
+    rotation about the feature point, and what a level's own alignment turned it by is undone step by step. A level that
+    was turned otherwise, since it looks much the same upside down, stays as it was aligned: undone, it would spin.
 
     Raises:
         ValueError: the parts have no level in common.
@@ -36,10 +43,10 @@ def way(first: Parts, i: int, second: Parts, j: int, count: int, steps: int) -> 
     shapes = np.asarray(found.curves(), float).transpose(1, 0, 3, 2)  # (s + 1, L, n, 3)
     turned = Rotation.from_matrix(np.asarray(align(one, other).rotation, float))
     before, after = _sizes(first, i, levels), _sizes(second, j, levels)
-    back = np.stack([r.apply(curve) for r, curve in zip(turned.inv(), shapes[-1], strict=True)])
-    onto = Rotation.align_vectors(_placed(shapes[0], *before), _placed(back, *after))[0]
+    onto = _onto(shapes, turned, before, after)
     after = after[0], onto.apply(after[1])
     left = (onto * turned.inv()).as_rotvec()
+    left[np.linalg.norm(left, axis=1) > _ALIKE] = 0
     times = np.linspace(0, 1, steps + 1)
     curves = [_between(shape, left, before, after, time) for shape, time in zip(shapes, times, strict=True)]
     return Way(np.stack(curves), levels, found)
@@ -56,8 +63,17 @@ def lofted(curves: np.ndarray) -> np.ndarray:
     return np.stack(aligned)
 
 
-def _sizes(parts: Parts, part: int, levels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths (L,) of curves and their centres (L, 3) seen from the feature point, in the object's unit."""
+def _onto(shapes: np.ndarray, turned: Rotation, before: _Sizes, after: _Sizes) -> Rotation:
+    """The rotation about the feature point that lays the second part onto the first, by the levels that agree."""
+    alike = np.stack([(turned * each.inv()).magnitude() for each in turned]) <= _ALIKE
+    agree = alike[alike.sum(axis=1).argmax()]
+    back = np.stack([each.inv().apply(curve) for each, curve in zip(turned, shapes[-1], strict=True)])
+    first = _placed(shapes[0][agree], before[0][agree], before[1][agree])
+    second = _placed(back[agree], after[0][agree], after[1][agree])
+    return Rotation.align_vectors(first, second)[0]
+
+
+def _sizes(parts: Parts, part: int, levels: np.ndarray) -> _Sizes:
     return parts.lengths[part, levels], (parts.centres[part, levels] - parts.points[part]) / parts.diameter
 
 
@@ -69,8 +85,8 @@ def _placed(shapes: np.ndarray, lengths: np.ndarray, centres: np.ndarray) -> np.
 def _between(
     shapes: np.ndarray,
     left: np.ndarray,
-    before: tuple[np.ndarray, np.ndarray],
-    after: tuple[np.ndarray, np.ndarray],
+    before: _Sizes,
+    after: _Sizes,
     time: float,
 ) -> np.ndarray:
     lengths, centres = ((1 - time) * a + time * b for a, b in zip(before, after, strict=True))

@@ -78,7 +78,9 @@ def test_a_query_that_is_alone_in_its_class_does_not_count():
 
 def test_noisy_queries_of_two_classes(tmp_path):
     pytest.importorskip("matplotlib")
-    arguments = parser_of(noise.FIGURE).parse_args(["--out", str(tmp_path), "--amounts", "0.002", "--per-class", "1"])
+    arguments = parser_of(None, noise.options).parse_args(
+        ["--out", str(tmp_path), "--amounts", "0.002", "--per-class", "1"]
+    )
     written = perform(noise.FIGURE, Collection("four", four()), arguments)
     assert [path.name for path in written] == ["noise.png", "noise.json"]
     found = json.loads(written[1].read_text())
