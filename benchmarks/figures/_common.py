@@ -181,7 +181,8 @@ def perform(figure: Figure, collection: Collection, arguments: argparse.Namespac
         "objects": len(collection.models),
         "failed": collection.failed,
         "versions": {"python": platform.python_version()} | {name: version(name) for name in _PACKAGES},
-        "settings": run_settings(Extraction(), Matching()),
+        "settings": {name: run_settings(Extraction(), matching()) for name, matching in MATCHINGS.items()},
+        "options": {name: told for name, told in vars(arguments).items() if not isinstance(told, Path)},
         "seconds": round(time.perf_counter() - started, 1),
     }
     numbers.write_text(json.dumps({**facts, figure.name: found}, indent=1, allow_nan=False) + "\n")

@@ -48,7 +48,7 @@ def compared(
     return table
 
 
-def query_rows(queries: Mapping[int, Parts], collection: Collection, method: str = "default") -> np.ndarray:
+def query_rows(queries: Queries, collection: Collection, method: str = "default") -> np.ndarray:
     """Dissimilarities `(Q, M)` of queries, each made from the model that its key says; that one's column is 0."""
     rows = np.zeros((len(queries), len(collection.described)))
     for row, (own, query) in zip(rows, queries.items(), strict=True):
@@ -78,7 +78,7 @@ def scores(rows: np.ndarray, own: Sequence[int], labels: Sequence[str]) -> Numbe
     }
 
 
-def against_clean(variants: Mapping[str, Mapping[int, Parts]], collection: Collection, method: str) -> Numbers:
+def against_clean(variants: Mapping[str, Queries], collection: Collection, method: str) -> Numbers:
     """Scores of changed queries, of the unchanged models that they were made from, and what the change costs."""
     table = {}
     for name, queries in variants.items():
