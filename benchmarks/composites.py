@@ -1,6 +1,6 @@
 """Composite queries: do both classes come first of which a query was made, for this method and the baselines?
 
-    python benchmarks/composites.py [DIR] [--out FILE.json] [--picture FILE.png]
+    python -m benchmarks.composites [DIR] [--out FILE.json] [--picture FILE.png]
 
 DIR is a labelled folder of meshes; without one the built-in creatures are taken. The queries are 30 composites
 (`curvematch_jax.composites`): half of one model joined to half of another of a different class. Each query is ranked

@@ -1,6 +1,6 @@
 """Every figure of a collection; what one has computed, the next one uses.
 
-    python benchmarks/figures/all.py [FOLDER] [--out DIR] [--raw DIR] [--baselines FILE.json]
+    python -m benchmarks.figures.all [FOLDER] [--out DIR] [--raw DIR] [--baselines FILE.json]
         [--per-class N] [--only NAME ...]
 
 Says which files it wrote; a figure that fails is reported, and the others are made. Options of single figures are those

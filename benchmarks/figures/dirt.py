@@ -1,6 +1,6 @@
 """What dirt costs: raw meshes as queries against clean ones.
 
-    python benchmarks/figures/dirt.py [FOLDER [RAW]] [--out DIR] [--methods default paper]
+    python -m benchmarks.figures.dirt [FOLDER [RAW]] [--out DIR] [--methods default paper]
 
 RAW is a second folder with the same classes: the meshes as they came, with holes, pieces or faces that do not fit.
 Each of them queries FOLDER without its clean counterpart, the model of the same name (numbers may have leading zeros),

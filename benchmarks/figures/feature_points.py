@@ -1,6 +1,6 @@
 """Feature points of one class in several poses, each in the colour and under the number of the first model's.
 
-    python benchmarks/figures/feature_points.py [FOLDER] [--out DIR] [--label CLASS] [--top 6]
+    python -m benchmarks.figures.feature_points [FOLDER] [--out DIR] [--label CLASS] [--top 6]
 
 Without `--label` the class with the most models is shown. Parts are assigned one to one, so that their distances
 add up to the least; left and right may be exchanged. Points without a partner are grey. The JSON has how many points

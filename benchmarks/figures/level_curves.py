@@ -1,6 +1,6 @@
 """The level curves of every part of one model, blue next to the feature point and red far from it.
 
-    python benchmarks/figures/level_curves.py [FOLDER] [--out DIR] [--model NAME] [--top 12]
+    python -m benchmarks.figures.level_curves [FOLDER] [--out DIR] [--model NAME] [--top 12]
 
 Without `--model` the first of the class with the most models is shown. The JSON has which levels each part has, and the
 lengths of its curves and the radii of the levels in the unit of the parts.

@@ -1,6 +1,6 @@
 """The dissimilarities of all pairs of models, classes in blocks.
 
-python benchmarks/figures/matrix.py [FOLDER] [--out DIR]
+    python -m benchmarks.figures.matrix [FOLDER] [--out DIR]
 
 The JSON has the scores, and the mean dissimilarity of each class to each other.
 """

@@ -1,6 +1,6 @@
 """What misplaced feature points cost: queries from moved points against the collection from unmoved ones.
 
-    python benchmarks/figures/moved_points.py [FOLDER] [--out DIR] [--amounts 0.01 0.02] [--methods default paper]
+    python -m benchmarks.figures.moved_points [FOLDER] [--out DIR] [--amounts 0.01 0.02] [--methods default paper]
 
 Every feature point of a query moves to a random vertex at a geodesic distance of a share of the diameter. The model
 that a query was made from is not among those that it is compared with. The picture is 11-point precision-recall of

@@ -1,6 +1,6 @@
 """What noise on the surface costs: noisy queries against the clean collection.
 
-    python benchmarks/figures/noise.py [FOLDER] [--out DIR] [--amounts 0.002 0.005] [--methods default paper]
+    python -m benchmarks.figures.noise [FOLDER] [--out DIR] [--amounts 0.002 0.005] [--methods default paper]
 
 Every vertex moves along its normal by a Gaussian step whose standard deviation is a share of the bounding box's
 diagonal. The model that a query was made from is not among those that it is compared with. The picture is 11-point

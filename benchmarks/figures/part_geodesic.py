@@ -1,6 +1,6 @@
 """The geodesic between two parts: the shapes of their level curves deformed, and the surfaces in between.
 
-    python benchmarks/figures/part_geodesic.py [FOLDER] [--out DIR] [--models NAME NAME] [--parts I J] [--steps 6]
+    python -m benchmarks.figures.part_geodesic [FOLDER] [--out DIR] [--models NAME NAME] [--parts I J] [--steps 6]
 
 Without `--models` these are the first of the class with the most models, and what of another class is most similar to
 it; without `--parts` the two parts that match best. Surfaces are tubes through the curves, from the feature point on.

@@ -1,6 +1,6 @@
 """The masses that the parts of one query put on the objects, by the belief model.
 
-    python benchmarks/figures/part_masses.py [FOLDER] [--out DIR] [--query NAME] [--top 20]
+    python -m benchmarks.figures.part_masses [FOLDER] [--out DIR] [--query NAME] [--top 20]
 
 Without `--query` the first of the class with the most models queries all the others.
 """

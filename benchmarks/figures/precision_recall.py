@@ -1,6 +1,6 @@
 """11-point interpolated precision-recall of this method and the baselines; the query is never counted.
 
-    python benchmarks/figures/precision_recall.py [FOLDER] [--out DIR] [--methods default paper D2 ...]
+    python -m benchmarks.figures.precision_recall [FOLDER] [--out DIR] [--methods default paper D2 ...]
         [--baselines FILE.json]
 
 Methods are `default`, `paper` (slow), and the baselines by name; all but `paper` without `--methods`. Figures of the

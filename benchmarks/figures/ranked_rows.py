@@ -1,6 +1,6 @@
 """Queries with what is most similar to them, best first: green frames are of the query's class, dashed red ones not.
 
-    python benchmarks/figures/ranked_rows.py [FOLDER] [--out DIR] [--queries NAME ...] [--top 8]
+    python -m benchmarks.figures.ranked_rows [FOLDER] [--out DIR] [--queries NAME ...] [--top 8]
 
 Without `--queries` the first model of each class queries the others, of at most ten classes.
 """
