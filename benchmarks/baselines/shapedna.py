@@ -7,28 +7,19 @@ Reuter, Wolter, Peinecke: Laplace-Beltrami spectra as "Shape-DNA" of surfaces an
 from collections.abc import Sequence
 
 import numpy as np
-import potpourri3d
-import scipy.sparse as sp
-import scipy.sparse.linalg
 
 from curvematch_jax.surface import Mesh
+from curvematch_jax.surface._spectral import eigenpairs
+from curvematch_jax.surface._topology import face_areas
 
 EIGENVALUES = 15  # besides the first, which is 0
-_SHIFT = -1e-2  # just below 0, where the matrix to be factorised is regular
-_LEAST_AREA = 1e-10  # of the whole: keeps degenerate triangles from dividing by zero
 
 
 def describe(mesh: Mesh) -> np.ndarray:
     """The first eigenvalues above 0, ascending, times the area, which makes them free of scale."""
-    areas = potpourri3d.vertex_areas(mesh.vertices, mesh.faces)
-    unit = (mesh.vertices - mesh.vertices.mean(axis=0)) / np.sqrt(areas.sum())
-    stiffness = potpourri3d.cotan_laplacian(unit, mesh.faces, denom_eps=_LEAST_AREA).tocsc()
-    mass = sp.diags_array(np.maximum(areas / areas.sum(), _LEAST_AREA))
-    start = np.random.default_rng(0).standard_normal(len(areas))
-    eigenvalues = scipy.sparse.linalg.eigsh(
-        stiffness, EIGENVALUES + 1, M=mass, sigma=_SHIFT, v0=start, return_eigenvectors=False
-    )
-    return np.sort(eigenvalues)[1:]
+    size = float(np.sqrt(face_areas(mesh.vertices, mesh.faces).sum()))
+    eigenvalues, _ = eigenpairs((mesh.vertices - mesh.vertices.mean(axis=0)) / size, mesh.faces, EIGENVALUES)
+    return eigenvalues
 
 
 def compare(queries: Sequence[np.ndarray], objects: Sequence[np.ndarray]) -> np.ndarray:
