@@ -23,9 +23,10 @@ from pathlib import Path
 
 import numpy as np
 
-from curvematch_jax.surface import Extraction, Mesh, clean, load_mesh
+from curvematch_jax.surface import Extraction, Mesh, load_mesh
 from curvematch_jax.surface._features import feature_points
 from curvematch_jax.surface._fields import Distances, distances_on
+from curvematch_jax.surface._parts import prepared
 
 LIMBED = ("human", "ant", "octopus", "hand", "plier", "fourleg", "teddy", "armadillo", "bird", "airplane")
 NEAR = 0.05
@@ -62,7 +63,7 @@ def is_tip(distances: Distances, landmark: int, centrality: np.ndarray, diameter
 
 def judge(mesh_path: Path, settings: Extraction) -> dict[str, int]:
     """Counts for one model: points, points near a landmark, tips, tips found."""
-    mesh, _ = clean(load_mesh(mesh_path), vertices=settings.vertices)
+    mesh, _ = prepared(load_mesh(mesh_path), settings)
     distances = distances_on(mesh, settings.field)
     features = feature_points(mesh, distances, settings.epsilon)
     landmarks = nearest_vertices(mesh, read_landmarks(mesh_path.parent / "landmarks" / f"{mesh_path.stem}.vts"))

@@ -18,10 +18,10 @@ import numpy as np
 from benchmarks.baselines._run import Model
 from benchmarks.figures._common import Collection, Figure, Numbers, command
 from benchmarks.figures._queries import changed, compared, query_options
-from curvematch_jax.surface import Extraction, Parts, clean
+from curvematch_jax.surface import Extraction, Parts
 from curvematch_jax.surface._features import feature_points
 from curvematch_jax.surface._fields import distances_on
-from curvematch_jax.surface._parts import parts_around
+from curvematch_jax.surface._parts import parts_around, prepared
 
 # Vertices this far from where a point is to be, as a share of the way, are as good as any.
 _TOLERANCE = 0.25
@@ -37,7 +37,7 @@ def moved(field: np.ndarray, away: float, random: np.random.Generator) -> int:
 def parts_from_moved_points(task: tuple[Model, float]) -> Parts:
     """Parts of one model, every feature point moved by a share of the diameter."""
     (model, amount), settings = task, Extraction()
-    mesh, report = clean(model.load(*model.source), vertices=settings.vertices)
+    mesh, report = prepared(model.load(*model.source), settings)
     distances = distances_on(mesh, settings.field)
     features = feature_points(mesh, distances, settings.epsilon, settings.least)
     random = np.random.default_rng(zlib.crc32(model.name.encode()))

@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._clean import clean
+from ._clean import CleanReport, clean
 from ._features import Features, feature_points
 from ._fields import Distances, Field, check_field, curve_unit, distances_on
 from ._levels import LevelSets, follow, front_lengths
 from ._mesh import Mesh
+from ._smooth import smooth
 from ._topology import Edges, edges, face_areas
 
 # A level curve that has split goes on as its longest branch while that has this share of the length.
@@ -32,6 +33,8 @@ class Extraction:
             pieces of the surface shortens less.
         vertices: the number of vertices that `clean` aims at when it remeshes.
         least: how many parts an object has at least; farthest points make up for feature points that are not there.
+        smoothing: before anything is measured, waves on the surface that are shorter than some six times this, in
+            square roots of its area, are taken off; 0 leaves it as it is.
     """
 
     epsilon: float = 0.05
@@ -42,6 +45,7 @@ class Extraction:
     vertices: int = 5000
     spacing: float = 1.5
     least: int = 4
+    smoothing: float = 0.008
 
     def __post_init__(self) -> None:
         if not 0 < self.epsilon < 1:
@@ -50,6 +54,10 @@ class Extraction:
             raise ValueError(f"radius must lie between 0 and 1 diameters, found {self.radius}")
         if not 0 < self.spacing < np.inf:
             raise ValueError(f"spacing must be more than 0, found {self.spacing}")
+        if not 0 <= self.smoothing < 0.1:
+            raise ValueError(
+                f"smoothing must lie between 0 and 0.1, in square roots of the area, found {self.smoothing}"
+            )
         check_field(self.field)
         for name, least in (("levels", 1), ("samples", 8), ("vertices", 100), ("least", 1)):
             value = getattr(self, name)
@@ -109,10 +117,16 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
         MeshError: the mesh cannot be made into one closed surface.
         ImportError: cleaning needs a library of the extra `prep`; the message has the line that installs it.
     """
-    mesh, report = clean(mesh, vertices=extraction.vertices)
+    mesh, report = prepared(mesh, extraction)
     distances = distances_on(mesh, extraction.field)
     features = feature_points(mesh, distances, extraction.epsilon, extraction.least)
     return parts_around(mesh, distances, features, extraction, report.messages)
+
+
+def prepared(mesh: Mesh, extraction: Extraction) -> tuple[Mesh, CleanReport]:
+    """The surface that is measured: cleaned, and smoothed as `extraction` says."""
+    mesh, report = clean(mesh, vertices=extraction.vertices)
+    return smooth(mesh, extraction.smoothing), report
 
 
 def parts_around(

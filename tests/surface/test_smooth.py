@@ -1,0 +1,78 @@
+import numpy as np
+import pytest
+from surface.shapes import limbed, moved, sphere
+
+from curvematch_jax.surface import Extraction, Mesh
+from curvematch_jax.surface._features import feature_points
+from curvematch_jax.surface._fields import distances_on
+from curvematch_jax.surface._parts import parts_around
+from curvematch_jax.surface._smooth import smooth
+from curvematch_jax.surface._topology import face_areas
+
+LENGTH = Extraction().smoothing
+
+
+def area(mesh: Mesh) -> float:
+    return float(face_areas(mesh.vertices, mesh.faces).sum())
+
+
+def rough(mesh: Mesh, amount: float) -> Mesh:
+    """Every vertex moved by `amount` square roots of the area in the r.m.s."""
+    steps = np.random.default_rng(0).normal(scale=amount * np.sqrt(area(mesh)), size=mesh.vertices.shape)
+    return Mesh(mesh.vertices + steps, mesh.faces, mesh.name)
+
+
+def test_a_wave_is_damped_as_the_equation_says():
+    ball = sphere(4)
+    ball = Mesh(ball.vertices / np.linalg.norm(ball.vertices, axis=1, keepdims=True), ball.faces, "ball")
+    degree, length = 1, 0.1
+    # Coordinates are spherical harmonics of degree 1: eigenfunctions of the Laplacian, eigenvalue l (l + 1).
+    kept = 1 / (1 + (length**2 * 4 * np.pi * degree * (degree + 1)) ** 2)
+    np.testing.assert_allclose(np.linalg.norm(smooth(ball, length).vertices, axis=1), kept, rtol=5e-3)
+
+
+def test_roughness_goes_and_limbs_keep_their_girth():
+    mesh = limbed(subdivisions=5)
+    noisy = rough(mesh, 0.004)
+    plain, again = smooth(mesh, LENGTH), smooth(noisy, LENGTH)
+    assert np.abs(plain.vertices - mesh.vertices).max() < 0.01 * np.sqrt(area(mesh))
+    assert area(plain) == pytest.approx(area(mesh), rel=0.01)
+    assert area(noisy) > 1.08 * area(mesh)
+    assert area(again) == pytest.approx(area(plain), rel=0.03)
+
+
+def test_unit_and_place_do_not_count():
+    mesh = limbed()
+    other = moved(mesh, scale=1e4)
+    expected = moved(smooth(mesh, LENGTH), scale=1e4)
+    np.testing.assert_allclose(smooth(other, LENGTH).vertices, expected.vertices, rtol=1e-6, atol=1e-3)
+
+
+def test_no_length_leaves_the_mesh_as_it_is():
+    mesh = limbed()
+    assert smooth(mesh, 0.0) is mesh
+
+
+def test_faces_without_area_do_no_harm():
+    mesh = limbed()
+    vertices = mesh.vertices.copy()
+    vertices[mesh.faces[0, 1]] = vertices[mesh.faces[0, 0]]
+    result = smooth(Mesh(vertices, mesh.faces, "pinched"), LENGTH)
+    assert np.abs(result.vertices - vertices).max() < 0.05 * np.sqrt(area(mesh))
+
+
+def test_noise_leaves_the_lengths_of_level_curves():
+    mesh = limbed(subdivisions=5)
+    noisy, settings = rough(mesh, 0.003), Extraction(radius=0.4, levels=6, samples=32)
+    plain = smooth(mesh, LENGTH)
+    features = feature_points(plain, distances_on(plain, "heat"), 0.05)
+
+    def fronts(each: Mesh) -> np.ndarray:
+        parts = parts_around(each, distances_on(each, "heat"), features, settings)
+        return parts.fronts * parts.diameter
+
+    def off(each: Mesh) -> float:
+        return float(np.abs(np.log(fronts(each) / fronts(plain))).mean())
+
+    assert off(smooth(noisy, LENGTH)) < 0.03
+    assert off(noisy) > 2 * off(smooth(noisy, LENGTH))
