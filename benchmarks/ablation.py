@@ -10,15 +10,14 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import importlib.metadata
 import json
-import platform
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+from _record import versions, write
 
 from curvematch_jax.cli._commands import run_settings
 from curvematch_jax.cli._inputs import Source, gather_all
@@ -72,16 +71,14 @@ def main() -> None:
     arguments = parser.parse_args()
     configure_jax(cache=False)
     results = known(arguments.out)
-    results["versions"] = {"python": platform.python_version()} | {
-        name: importlib.metadata.version(name) for name in ("curvematch_jax", "jax", "numpy", "potpourri3d")
-    }
+    results["versions"] = versions()
     for folder in arguments.folders:
         table = results["collections"].setdefault(folder.name, {})
         for name, values in ablated(folder, arguments.rows, arguments.jobs):
             table[name] = values
             results["settings"][name] = run_settings(*ROWS[name])
             if arguments.out:
-                arguments.out.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+                write(arguments.out, results)
 
 
 def known(path: Path | None) -> dict:

@@ -19,19 +19,17 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
-import platform
 import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks._graded import RELATED, SOURCE, Relatives, graded, measured, relatives
+from benchmarks._record import versions, write
 from benchmarks.baselines import BASELINES
 from curvematch_jax import (
     Extraction,
@@ -53,7 +51,6 @@ from curvematch_jax.datasets import Composite, labelled_folder
 from curvematch_jax.pictures import Tile, sheet
 
 METHODS = {"default": Matching(), "paper": Matching.paper()}
-_PACKAGES = ("curvematch_jax", "jax", "jaxlib", "numpy", "scipy", "trimesh", "potpourri3d", "manifold3d", "gpytoolbox")
 _ROWS, _RESULTS = 10, 8  # of the picture
 
 
@@ -168,13 +165,12 @@ def main() -> None:
     arguments = parser.parse_args()
     configure_jax(cache=False)
     results = {
-        "versions": {"python": platform.python_version()} | {name: version(name) for name in _PACKAGES},
+        "versions": versions(),
         "settings": {name: run_settings(Extraction(), matching) for name, matching in METHODS.items()},
         **run(arguments.folder, arguments.jobs, arguments.count, arguments.seed, arguments.picture),
     }
     if arguments.out:
-        arguments.out.parent.mkdir(parents=True, exist_ok=True)
-        arguments.out.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+        write(arguments.out, results)
 
 
 if __name__ == "__main__":

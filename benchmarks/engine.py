@@ -18,10 +18,8 @@ It takes some minutes; `--quick` about one, without `accurate` and with figures 
 """
 
 import argparse
-import importlib.metadata
 import json
 import os
-import platform
 import tempfile
 import time
 import warnings
@@ -32,7 +30,8 @@ from pathlib import Path
 import jax
 import jax.numpy as jnp
 import numpy as np
-from _measure import PRESETS, cores, fourier_curves, least_seconds, say
+from _measure import PRESETS, fourier_curves, least_seconds, say
+from _record import machine, versions, write
 from _runs import against_pairs, against_samples, first_calls, picture
 from _stages import measured_roofs, stages
 
@@ -89,11 +88,9 @@ def main() -> None:
     parser.set_defaults(plan=Plan())
     options = parser.parse_args()
     results = report(options.plan)
-    text = json.dumps(rounded(results), indent=1, allow_nan=False)
-    print(text)
+    print(json.dumps(rounded(results), indent=1, allow_nan=False))
     if options.out:
-        options.out.parent.mkdir(parents=True, exist_ok=True)
-        options.out.write_text(text + "\n")
+        write(options.out, rounded(results))
     if options.picture:
         options.picture.parent.mkdir(parents=True, exist_ok=True)
         picture(results["scaling"]["pairs"], results["scaling"]["samples"], options.picture)
@@ -104,8 +101,8 @@ def report(plan: Plan) -> dict:
     first, second = fourier_curves(0, plan.pairs), fourier_curves(1, plan.pairs)
     say("roofs")
     results: dict = {
-        "versions": versions("jax", "jaxlib", "numpy", "fdasrsf"),
-        "machine": {"processor": platform.processor() or platform.machine(), "cores": cores(), "of": os.cpu_count()},
+        "versions": versions("fdasrsf"),
+        "machine": machine() | {"of": os.cpu_count()},
         "pairs": plan.pairs,
         "roofs": measured_roofs(floats=plan.copied),
         "presets": {},
@@ -130,12 +127,6 @@ def report(plan: Plan) -> dict:
             "samples": against_samples(plan.samples, plan.samples_side, cache),
         }
     return results
-
-
-def versions(*names: str) -> dict[str, str]:
-    """Of those packages that are installed."""
-    installed = {d.name for d in importlib.metadata.distributions()}
-    return {name: importlib.metadata.version(name) for name in names if name in installed}
 
 
 def rounded(results):

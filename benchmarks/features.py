@@ -14,14 +14,12 @@ fields from which feature points are made.
 
 import argparse
 import csv
-import json
-import platform
 import sys
 import time
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
+from _record import versions, write
 
 from curvematch_jax.surface import Extraction, Mesh, load_mesh
 from curvematch_jax.surface._features import feature_points
@@ -123,10 +121,9 @@ def main() -> int:
         facts = {
             "settings": vars(settings),
             "seconds": time.perf_counter() - start,
-            "python": platform.python_version(),
+            "versions": versions(),
         }
-        facts["versions"] = {name: version(name) for name in ("numpy", "potpourri3d", "gpytoolbox")}
-        arguments.json.write_text(json.dumps({**facts, "classes": table}, indent=2) + "\n")
+        write(arguments.json, {**facts, "classes": table})
     return 0
 
 

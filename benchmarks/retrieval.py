@@ -12,10 +12,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import importlib.metadata
-import json
 import os
-import platform
 import threading
 import time
 from collections.abc import Iterator, Sequence
@@ -23,6 +20,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+from _record import machine, versions, write
 
 from curvematch_jax.cli._commands import run_settings
 from curvematch_jax.cli._inputs import Source, gather_all
@@ -36,7 +34,6 @@ from curvematch_jax.retrieval._stack import stack
 from curvematch_jax.surface import Extraction
 
 FUSIONS = ("mean", "belief", "weighted")
-_PACKAGES = ("curvematch_jax", "jax", "jaxlib", "numpy", "trimesh", "potpourri3d")
 _SAMPLING_SECONDS = 0.2
 
 
@@ -50,15 +47,13 @@ def main() -> None:
     configure_jax(cache=False)
     matching = Matching.paper() if arguments.paper else Matching()
     results = {
-        "versions": {"python": platform.python_version()}
-        | {name: importlib.metadata.version(name) for name in _PACKAGES},
-        "machine": {"processor": platform.processor() or platform.machine(), "cores": cores()},
+        "versions": versions(),
+        "machine": machine(),
         "settings": run_settings(Extraction(), matching),
         "collections": [measured(folder, matching, arguments.jobs) for folder in arguments.folders],
     }
     if arguments.out:
-        arguments.out.parent.mkdir(parents=True, exist_ok=True)
-        arguments.out.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+        write(arguments.out, results)
 
 
 def measured(folder: Path, matching: Matching, jobs: int) -> dict[str, object]:

@@ -16,19 +16,17 @@ The creatures of all classes are compared with themselves after a bridge has joi
 from __future__ import annotations
 
 import argparse
-import json
-import platform
 import sys
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import get_args
 
 import numpy as np
 from _bridge import with_short_cut
 from _measure import say
+from _record import versions, write
 
 from curvematch_jax import Aligner, Extraction, Matching, Mesh, MeshError, Parts, extract_parts, pair_distances, rank
 from curvematch_jax.datasets import creatures
@@ -37,7 +35,6 @@ from curvematch_jax.surface._features import diameter_pair
 from curvematch_jax.surface._fields import Field, Geodesics
 
 NEAR = 0.05
-_PACKAGES = ("curvematch_jax", "jax", "numpy", "scipy", "potpourri3d", "manifold3d")
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,10 +161,9 @@ def main() -> int:
             "queries": sum(bool(model.bridged) for model in collection),
             "settings": asdict(Extraction()) | {"field": "each"},
             "seconds": time.perf_counter() - start,
-            "python": platform.python_version(),
-            "versions": {name: version(name) for name in _PACKAGES},
+            "versions": versions(),
         }
-        arguments.out.write_text(json.dumps({**facts, "fields": results}, indent=1, allow_nan=False) + "\n")
+        write(arguments.out, {**facts, "fields": results})
     return 0
 
 

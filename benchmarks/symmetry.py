@@ -20,16 +20,15 @@ from __future__ import annotations
 
 import argparse
 import json
-import platform
 import sys
 import time
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from _record import versions, write
 from features import read_landmarks
 
 from curvematch_jax.cli._commands import run_settings
@@ -171,13 +170,11 @@ def main() -> int:
     print(f"{np.median(seconds):.2f} seconds a model (median), beyond its extraction")
     if arguments.out:
         results = json.loads(arguments.out.read_text()) if arguments.out.exists() else {"collections": {}}
-        results["versions"] = {"python": platform.python_version()} | {
-            name: version(name) for name in ("curvematch_jax", "jax", "numpy", "scipy", "potpourri3d")
-        }
+        results["versions"] = versions()
         results["settings"] = {"near": NEAR, **run_settings(Extraction(), SELF)}
         name = arguments.folder.name if arguments.folder else "creatures"
         results["collections"][name] = {"median_seconds": float(np.median(seconds)), "classes": rows}
-        arguments.out.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+        write(arguments.out, results)
     return 0
 
 

@@ -1,9 +1,6 @@
 """The work of `python -m benchmarks.baselines`. Not in `__main__`, where worker processes find no functions."""
 
 import argparse
-import importlib.metadata
-import json
-import platform
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -11,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks._record import machine, versions, write
 from curvematch_jax._progress import reporter
 from curvematch_jax.cli._workers import cores, in_processes, one_line
 from curvematch_jax.datasets import CREATURES, creature, labelled_folder
@@ -21,7 +19,6 @@ from . import BASELINES, Baseline
 
 POSES = 5
 _MEASURES = {"NN": "nn", "FT": "ft", "ST": "st", "E": "e", "DCG": "dcg", "mAP": "map"}
-_PACKAGES = ("curvematch_jax", "numpy", "scipy", "trimesh", "potpourri3d", "contourpy")
 
 
 @dataclass(frozen=True)
@@ -51,14 +48,12 @@ def main() -> None:
     arguments = parser.parse_args()
     collections = {folder.name: models_in(folder) for folder in arguments.folders} or {"creatures": generated()}
     results = {
-        "versions": {"python": platform.python_version()}
-        | {name: importlib.metadata.version(name) for name in _PACKAGES},
-        "machine": {"processor": platform.processor() or platform.machine(), "cores": cores()},
+        "versions": versions(),
+        "machine": machine(),
         "collections": [measured(name, models, arguments.jobs) for name, models in collections.items()],
     }
     if arguments.out:
-        arguments.out.parent.mkdir(parents=True, exist_ok=True)
-        arguments.out.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n")
+        write(arguments.out, results)
 
 
 def models_in(folder: Path) -> list[Model]:

@@ -7,19 +7,17 @@ from __future__ import annotations
 
 import argparse
 import functools as ft
-import json
-import platform
 import sys
 import time
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from benchmarks._record import versions, write
 from benchmarks.baselines._run import Model, generated, models_in
 from curvematch_jax._progress import reporter
 from curvematch_jax.cli._commands import run_settings
@@ -29,7 +27,6 @@ from curvematch_jax.retrieval import Matching, dissimilarity_matrix
 from curvematch_jax.surface import Extraction, Mesh, Parts, clean, extract_parts
 
 MATCHINGS: Mapping[str, Callable[[], Matching]] = {"default": Matching, "paper": Matching.paper}
-_PACKAGES = ("curvematch_jax", "jax", "numpy", "scipy", "trimesh", "potpourri3d", "matplotlib")
 
 Numbers = dict[str, Any]
 
@@ -180,12 +177,12 @@ def perform(figure: Figure, collection: Collection, arguments: argparse.Namespac
         "collection": collection.name,
         "objects": len(collection.models),
         "failed": collection.failed,
-        "versions": {"python": platform.python_version()} | {name: version(name) for name in _PACKAGES},
+        "versions": versions("matplotlib"),
         "settings": {name: run_settings(Extraction(), matching()) for name, matching in MATCHINGS.items()},
         "options": {name: told for name, told in vars(arguments).items() if not isinstance(told, Path)},
         "seconds": round(time.perf_counter() - started, 1),
     }
-    numbers.write_text(json.dumps({**facts, figure.name: found}, indent=1, allow_nan=False) + "\n")
+    write(numbers, {**facts, figure.name: found})
     print(f"{picture}\n{numbers}", flush=True)
     return [picture, numbers]
 
