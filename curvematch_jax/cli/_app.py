@@ -34,12 +34,11 @@ class Preset(StrEnum):
 
     best = "best"
     elastic = "elastic"
+    partial = "partial"
     paper = "paper"
 
     def matching(self) -> Matching:
-        if self is Preset.paper:
-            return Matching.paper()
-        return Matching.elastic() if self is Preset.elastic else Matching()
+        return Matching() if self is Preset.best else getattr(Matching, self.value)()
 
 
 class FieldName(StrEnum):
@@ -63,7 +62,10 @@ Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout in
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no notes; failures are still reported.")]
 PresetOption = Annotated[
     Preset,
-    typer.Option(help="How parts are matched: best; elastic, with curves reparametrised; paper, as published."),
+    typer.Option(
+        help="How parts are matched: best; elastic, with curves reparametrised; partial, for pieces of bodies and "
+        "bodies put together of such; paper, as published."
+    ),
 ]
 
 

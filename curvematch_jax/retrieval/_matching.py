@@ -101,6 +101,16 @@ class Matching:
         return cls(aligner=Aligner.fast())
 
     @classmethod
+    def partial(cls) -> Matching:
+        """For queries that are pieces of bodies, or are put together of them: near levels and close parts count.
+
+        Far from its feature point a part of one body reaches into the other, so that the weight of levels falls with
+        the distance. Masses by equation 4 let few parts speak for an object: those of half a query need not wait for
+        the other half.
+        """
+        return cls(decay=1.0, masses="shares", scale=0.1)
+
+    @classmethod
     def paper(cls) -> Matching:
         """The published method: elastic shapes of curves alone, masses by equation 4, significance by area.
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from curvematch_jax.retrieval import Matching
+from curvematch_jax.retrieval._ranking import fuse
 
 
 @pytest.mark.parametrize(
@@ -39,3 +40,12 @@ def test_the_paper_compares_shapes_alone():
     assert not Matching.paper().sized
     assert Matching().sized
     assert Matching.elastic().aligner != Matching().aligner
+
+
+def test_a_part_that_is_close_speaks_louder_in_the_partial_preset():
+    # One close part and one far, against two half-way; others that are no better.
+    distances = np.concatenate([[[0.1, 0.6], [1.2, 0.6]], np.full((2, 8), 0.65)], axis=1)
+    present, areas = np.ones(10, bool), np.full(2, 0.5)
+    partial, whole = (fuse(distances, areas, present, each) for each in (Matching.partial(), Matching()))
+    assert partial.dissimilarity[0] < partial.dissimilarity[1]
+    assert whole.dissimilarity[0] > whole.dissimilarity[1]
