@@ -3,16 +3,14 @@
 from ._evaluation import GradedScores, Scores, evaluate, evaluate_graded
 from ._matching import Matching
 from ._matrix import dissimilarity_matrix
+from ._parts_file import fingerprint, load_collection, load_parts, save_parts, source_key, stored_source
 from ._ranking import Match, Ranking, rank
 from ._store import (
     SavedMatrix,
     distinct_names,
-    load_collection,
     load_matrix,
-    load_parts,
     require_place_for_matrix,
     save_matrix,
-    save_parts,
 )
 from ._symmetry import symmetric_parts
 
@@ -27,6 +25,7 @@ __all__ = [
     "distinct_names",
     "evaluate",
     "evaluate_graded",
+    "fingerprint",
     "load_collection",
     "load_matrix",
     "load_parts",
@@ -34,5 +33,7 @@ __all__ = [
     "require_place_for_matrix",
     "save_matrix",
     "save_parts",
+    "source_key",
+    "stored_source",
     "symmetric_parts",
 ]
