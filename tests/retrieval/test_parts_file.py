@@ -3,8 +3,9 @@
 import dataclasses
 import io
 import json
-import multiprocessing
 import os
+import subprocess
+import sys
 import tracemalloc
 import zipfile
 
@@ -260,34 +261,39 @@ def test_hostile_file_costs_no_memory(tmp_path, kind):
         tracemalloc.stop()
 
 
-def write_often(folder, seed, make):
-    for _ in range(20):
-        for name in ("a", "b"):
-            save_parts(make(name, seed=seed), folder / f"{name}.npz")
+# How `save_parts` writes, in a process that has not to load the whole package.
+WRITE_OFTEN = """
+import pathlib, runpy, sys
+replacing = runpy.run_path(sys.argv[1])["replacing"]
+data = pathlib.Path(sys.argv[2]).read_bytes()
+for _ in range(200):
+    for name in sys.argv[3:]:
+        with replacing(pathlib.Path(name)) as temporary:
+            temporary.write_bytes(data)
+"""
 
 
 def test_writers_of_one_file_never_break_a_reader(make_parts, tmp_path):
-    seeds = (0, 1, 2)
-    for name in ("a", "b"):
-        save_parts(make_parts(name), tmp_path / f"{name}.npz")
-    whole = {fingerprint(make_parts(name, seed=seed)) for name in ("a", "b") for seed in seeds}
-    spawn = multiprocessing.get_context("spawn")
-    writers = [spawn.Process(target=write_often, args=(tmp_path, seed, make_parts)) for seed in seeds[1:]]
-    for writer in writers:
-        writer.start()
+    made = [make_parts(seed=seed, parts=40) for seed in range(3)]
+    for seed, parts in enumerate(made):
+        save_parts(parts, tmp_path / f"{seed}.npz")
+    read = [tmp_path / "out" / name for name in ("a.npz", "b.npz")]
+    for path in read:
+        save_parts(made[0], path)
+    command = [sys.executable, "-c", WRITE_OFTEN, _files.__file__]
+    writers = [subprocess.Popen([*command, tmp_path / f"{seed}.npz", *read]) for seed in (1, 2)]
     seen = set()
-    while any(writer.is_alive() for writer in writers):
-        seen |= {fingerprint(load_parts(tmp_path / f"{name}.npz")) for name in ("a", "b")}
-    assert [writer.exitcode for writer in writers] == [0, 0]
-    assert seen <= whole
+    while any(writer.poll() is None for writer in writers):
+        seen |= {fingerprint(load_parts(path)) for path in read}
+    assert [writer.returncode for writer in writers] == [0, 0]
+    assert seen <= {fingerprint(parts) for parts in made}
     assert len(seen) > 1
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npz", "b.npz"]
+    assert sorted(read[0].parent.iterdir()) == read
 
 
 def test_leftovers_of_dead_processes_are_removed(tmp_path):
-    writer = multiprocessing.get_context("spawn").Process(target=os.getpid)
-    writer.start()
-    writer.join()
+    writer = subprocess.Popen([sys.executable, "-c", ""])
+    writer.wait()
     dead, other_host = writer.pid, "0" * 8
     names = {
         f".curvematch-{_files._host()}-{dead}-abc": False,
