@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +13,7 @@ import trimesh
 
 from curvematch_jax.cli._app import run
 from curvematch_jax.cli._inputs import find_meshes, find_sources
-from curvematch_jax.cli._workers import Outcome, in_processes, one_line
+from curvematch_jax.cli._workers import one_line
 from curvematch_jax.datasets import creature
 from curvematch_jax.retrieval import load_matrix, load_parts
 
@@ -273,29 +272,6 @@ def test_names_follow_folders(meshes, tmp_path):
     assert names == ["a/x.off", "deep/z.off", "b/x.off"]
     assert [source.name for source in find_sources([tmp_path])] == ["a/x.off", "b/deep/z.off", "b/x.off"]
     assert [source.name for source in find_sources([tmp_path / "a" / "x.off"])] == ["x.off"]
-
-
-def answer(task: int) -> int:
-    if task == 1:
-        raise RuntimeError("two\nlines")
-    if task == 2:
-        os._exit(7)
-    if task == 3:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return task * task
-
-
-def test_workers_that_fail_or_die_cost_one_task_each():
-    outcomes = sorted(in_processes(answer, [0, 1, 2, 3, 4, 5], jobs=2), key=lambda outcome: outcome.task)
-    assert outcomes == [
-        Outcome(0, 0),
-        Outcome(1, failure="RuntimeError: two lines"),
-        Outcome(2, failure="its worker process ended with status 7"),
-        Outcome(3, failure="its worker process was killed by SIGKILL"),
-        Outcome(4, 16),
-        Outcome(5, 25),
-    ]
-    assert list(in_processes(answer, [], jobs=2)) == []
 
 
 def test_errors_are_one_line():
