@@ -1,6 +1,7 @@
 """Parts in, rankings and their quality out."""
 
 from ._evaluation import GradedScores, Scores, evaluate, evaluate_graded
+from ._files import remove_leftovers
 from ._matching import Matching
 from ._matrix import dissimilarity_matrix
 from ._parts_file import fingerprint, load_collection, load_parts, save_parts, source_key, stored_source
@@ -30,6 +31,7 @@ __all__ = [
     "load_matrix",
     "load_parts",
     "rank",
+    "remove_leftovers",
     "require_place_for_matrix",
     "save_matrix",
     "save_parts",

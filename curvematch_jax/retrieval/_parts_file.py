@@ -58,8 +58,10 @@ def save_parts(parts: Parts, path: str | os.PathLike[str], source: str = "") -> 
         source: the key of the mesh file that they are from, see `source_key`; empty when there is none.
 
     Raises:
-        ValueError: when `source` is no key.
+        ValueError: when there is a folder at `path`, or `source` is no key.
     """
+    if Path(path).is_dir():
+        raise ValueError(f"{path}: a folder, and parts are saved to a file")
     data = _encoded(_fields(parts), source)
     with replacing(Path(path)) as temporary:
         temporary.write_bytes(data)
