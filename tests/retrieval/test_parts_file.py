@@ -243,6 +243,7 @@ HOSTILE = {
     "objects": zipped(FORMAT, ("curves", npy((1,), bytes(8), "|O"))),
     "text": zipped(FORMAT, ("name", npy((), b"", "<U1000000000"))),
     "members": claiming_sizes(zipped(FORMAT, ("curves", npy((1,), bytes(4)))), (1 << 32) - 2),
+    "header": zipped(FORMAT, ("curves", npy((1, 2)).replace(b"(1, 2)", b"(1, 2("))),
     "format": zipped(("format", npy((10**9,), bytes(8), "<i8"))),
 }
 
