@@ -63,6 +63,8 @@ def load_parts(path: str | os.PathLike[str]) -> Parts:
     path = Path(path)
     if path.is_dir():
         raise ValueError(f"{path}: a folder, and one parts file is needed")
+    if path.exists() and not path.is_file():
+        raise ValueError(f"{path}: not a regular file, and a parts file is needed")  # A pipe could have no end.
     try:
         data = path.read_bytes()
         fields = _decoded(data)

@@ -16,7 +16,7 @@ from curvematch_jax.cli._app import run
 from curvematch_jax.cli._inputs import find_sources, gather_all
 from curvematch_jax.cli._kept import Store
 from curvematch_jax.datasets import creature
-from curvematch_jax.retrieval import _files, load_parts, save_parts
+from curvematch_jax.retrieval import _files
 from curvematch_jax.surface import Extraction
 
 SETTINGS = Extraction(levels=3, samples=32, vertices=300)
@@ -208,11 +208,3 @@ def test_other_settings_are_refused(fresh, tmp_path):
     out = fill(tmp_path / "out", fresh)
     with pytest.raises(ValueError, match=r"holds parts made with levels = 3, and levels = 23 was asked for"):
         Store(out, Extraction(samples=32, vertices=300))
-
-
-def test_folder_in_the_place_of_a_file_is_kept(meshes, fresh, tmp_path):
-    out = fill(tmp_path / "out", fresh)
-    fill(out / "mine.npz", {"thesis.tex": b"dear"})
-    with pytest.raises(ValueError, match="a folder, and parts are saved to a file"):
-        save_parts(load_parts(out / "a.off.npz"), out / "mine.npz")
-    assert (out / "mine.npz" / "thesis.tex").exists()

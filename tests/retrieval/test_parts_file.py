@@ -105,11 +105,16 @@ def test_single_array_and_other_archives_are_refused(tmp_path):
             load_parts(tmp_path / name)
 
 
-def test_missing_file_and_folder(tmp_path):
+def test_missing_file_folder_and_pipe(make_parts, tmp_path):
     with pytest.raises(FileNotFoundError):
         load_parts(tmp_path / "none.npz")
     with pytest.raises(ValueError, match="a folder"):
         load_parts(tmp_path)
+    with pytest.raises(ValueError, match="a folder"):
+        save_parts(make_parts(), tmp_path)
+    os.mkfifo(tmp_path / "pipe.npz")
+    with pytest.raises(ValueError, match="not a regular file"):
+        load_parts(tmp_path / "pipe.npz")
 
 
 @pytest.mark.parametrize(
