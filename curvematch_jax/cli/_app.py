@@ -18,7 +18,7 @@ from ._demo import run_demo
 from ._jax import configure_jax
 from ._output import Output, complain
 from ._query import Explanation, run_query
-from ._workers import cores, one_line
+from ._workers import TIME_LIMIT, cores, one_line
 
 USAGE = 2
 _INTERRUPTED = 130
@@ -84,14 +84,17 @@ def parts(
     samples: Annotated[int, typer.Option(help="Points on a curve.")] = _DEFAULT.samples,
     field: Annotated[FieldName, typer.Option(help="Distance along the surface.")] = _FIELD,
     vertices: Annotated[int, typer.Option(help="Vertices that meshes are remeshed to.")] = _DEFAULT.vertices,
+    time_limit: Annotated[
+        float, typer.Option(min=1, metavar="SECONDS", help="How long one mesh may take; longer ones are given up.")
+    ] = TIME_LIMIT,
     jobs: Jobs = _CORES,
     strict: Strict = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Cut meshes into parts and save them."""
+    """Cut meshes into parts and save them; meshes whose parts are in the folder already are left alone."""
     extraction = Extraction(epsilon, radius, levels, samples, field.value, vertices)
-    return _commands.make_parts(meshes, out, extraction, jobs, strict, Output(json, quiet))
+    return _commands.make_parts(meshes, out, extraction, jobs, time_limit, strict, Output(json, quiet))
 
 
 @app.command()

@@ -7,8 +7,6 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from ..datasets import match_labels, read_labels
 from ..retrieval import (
     Matching,
@@ -16,13 +14,12 @@ from ..retrieval import (
     dissimilarity_matrix,
     evaluate,
     load_matrix,
-    load_parts,
     require_place_for_matrix,
     save_matrix,
-    save_parts,
 )
 from ..surface import Extraction, Parts
-from ._inputs import PARTS_SUFFIX, Failure, find_sources, gather, gather_all
+from ._inputs import Failure, find_sources, gather, gather_all, is_parts
+from ._kept import Store
 from ._output import Output, scores_table
 
 SOME_FAILED = 1
@@ -33,29 +30,45 @@ class NothingUsable(ValueError):
 
 
 def make_parts(
-    meshes: Sequence[Path], out: Path, extraction: Extraction, jobs: int, strict: bool, output: Output
+    meshes: Sequence[Path],
+    out: Path,
+    extraction: Extraction,
+    jobs: int,
+    time_limit: float,
+    strict: bool,
+    output: Output,
 ) -> int:
-    """`curvematch parts`: each mesh's parts are written as soon as they are there."""
+    """`curvematch parts`: each mesh's parts are written as soon as they are there, unless they are there already."""
     started = time.perf_counter()
-    _require_settings(out, extraction)
-    sources = find_sources(meshes)
+    sources = find_sources(meshes, meshes_only=True)
+    store = Store(out, extraction)
     written: dict[int, dict[str, object]] = {}
     failures: dict[int, Failure] = {}
-    for index, result in gather(sources, extraction, jobs, output.progress):
-        outcome = _write(result, out) if isinstance(result, Parts) else result
-        if isinstance(outcome, Failure):
-            failures[index] = outcome
+    for index, result in gather(sources, extraction, jobs, output.progress, store, time_limit):
+        if is_parts(sources[index].path):
+            failures[index] = Failure(
+                sources[index].name, f"{sources[index].path}: a parts file, and meshes are needed"
+            )
+        elif isinstance(result, Failure):
+            failures[index] = result
         else:
-            written[index] = outcome
+            written[index] = _entry(result, store)
+    for note in store.notes:
+        output.note(note)
     failed = [failures[index] for index in sorted(failures)]
     report_failures(failed, len(written), output)
     seconds = time.perf_counter() - started
+    computed, present = len(written) - len(store.found), len(store.found)
     output.result(
-        f"{len(written)} of {len(sources)} meshes: parts in {out} ({seconds:.1f} s)",
+        f"{len(written)} of {len(sources)} meshes: parts in {out}, {computed} computed and {present} there already "
+        f"({seconds:.1f} s)",
         {
             "out": str(out),
             "objects": [written[index] for index in sorted(written)],
+            "computed": computed,
+            "present": present,
             "failed": [dataclasses.asdict(failure) for failure in failed],
+            "notes": store.notes,
             "settings": dataclasses.asdict(extraction),
             "seconds": seconds,
         },
@@ -127,39 +140,12 @@ def report_failures(failed: Sequence[Failure], usable: int, output: Output) -> N
         raise NothingUsable("none of the inputs could be used")
 
 
-def _require_settings(folder: Path, extraction: Extraction) -> None:
-    """Refuse to put parts beside those of other settings."""
-    paths = sorted(folder.rglob(f"*{PARTS_SUFFIX}")) if folder.is_dir() else []
-    present = next((parts for path in paths if (parts := _existing(path))), None)
-    if present is None:
-        return
-    there = dataclasses.asdict(present.settings)
-    for name, value in dataclasses.asdict(extraction).items():
-        if there[name] != value:
-            raise ValueError(
-                f"{folder} holds parts made with {name} = {there[name]!r}, and {name} = {value!r} was asked for: "
-                "use another --out, or the same settings"
-            )
-
-
-def _write(parts: Parts, out: Path) -> dict[str, object] | Failure:
-    """Save parts under their object's name, unless another object's are there."""
-    path = out / f"{parts.name}{PARTS_SUFFIX}"
-    present = _existing(path)
-    if present is not None and not _same_object(present, parts):
-        return Failure(parts.name, f"{path} holds the parts of another mesh: remove it, or use another --out")
-    save_parts(parts, path)
-    return {"name": parts.name, "file": str(path), "parts": len(parts.areas), "notes": list(parts.notes)}
-
-
-def _existing(path: Path) -> Parts | None:
-    """The parts at `path`; None when there are none that can be read, so that nothing is lost by writing there."""
-    try:
-        return load_parts(path)
-    except (OSError, ValueError):
-        return None
-
-
-def _same_object(one: Parts, other: Parts) -> bool:
-    """Extraction is deterministic: the same mesh has the same feature points."""
-    return one.points.shape == other.points.shape and bool(np.array_equal(one.points, other.points))
+def _entry(parts: Parts, store: Store) -> dict[str, object]:
+    """What the result says of one object."""
+    return {
+        "name": parts.name,
+        "file": str(store.path(parts.name)),
+        "parts": len(parts.areas),
+        "computed": parts.name not in store.found,
+        "notes": list(parts.notes),
+    }

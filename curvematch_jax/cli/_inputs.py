@@ -11,9 +11,8 @@ from .._progress import Progress, reporter
 from ..datasets import MESH_SUFFIXES
 from ..retrieval import distinct_names, load_parts
 from ..surface import Extraction, Parts, extract_parts, load_mesh
-from ._workers import in_processes, one_line
-
-PARTS_SUFFIX = ".npz"
+from ._kept import PARTS_SUFFIX, Store, mesh_key
+from ._workers import TIME_LIMIT, in_processes, one_line
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,16 +36,16 @@ def is_parts(path: Path) -> bool:
     return path.suffix.lower() == PARTS_SUFFIX
 
 
-def find_sources(inputs: Sequence[Path]) -> list[Source]:
+def find_sources(inputs: Sequence[Path], meshes_only: bool = False) -> list[Source]:
     """The files that the inputs stand for: folders opened, in the order given, sorted within a folder.
 
-    A folder that holds parts is a parts folder, whatever else is in it. A file in a folder goes by its path in it,
-    with more of the path where two would go by the same name.
+    A folder that holds parts is a parts folder, whatever else is in it, unless meshes alone are looked for. A file in
+    a folder goes by its path in it, with more of the path where two would go by the same name.
 
     Raises:
-        ValueError: when a folder holds neither parts nor meshes.
+        ValueError: when a folder holds nothing of what is looked for.
     """
-    opened = [(path, given) for given in inputs for path in (_opened(given) if given.is_dir() else [given])]
+    opened = [(path, given) for given in inputs for path in _opened(given, meshes_only)]
     paths = [path for path, _ in opened]
     depths = [max(len(path.relative_to(given).parts), 1) for path, given in opened]
     names = distinct_names([_object_path(path) for path in paths], depths)
@@ -54,22 +53,36 @@ def find_sources(inputs: Sequence[Path]) -> list[Source]:
 
 
 def gather(
-    sources: Sequence[Source], extraction: Extraction, jobs: int, progress: Progress = False
+    sources: Sequence[Source],
+    extraction: Extraction,
+    jobs: int,
+    progress: Progress = False,
+    store: Store | None = None,
+    seconds: float = TIME_LIMIT,
 ) -> Iterator[tuple[int, Parts | Failure]]:
-    """Parts of every source with its index, or why there are none, in the order in which they are ready."""
+    """Parts of every source with its index, or why there are none, in the order in which they are ready.
+
+    Args:
+        store: where parts of meshes are looked for, and kept as soon as they are made; made with `extraction`.
+        seconds: how long the extraction of one mesh may take.
+    """
     report = reporter(progress, "parts", "meshes")
     report(0, len(sources))
-    ready = _each(sources, extraction, jobs)
+    ready = _each(sources, extraction, jobs, store, seconds)
     for done, (index, result) in enumerate(ready, start=1):
         report(done, len(sources))
         yield index, result if isinstance(result, Parts) else Failure(sources[index].name, result)
 
 
 def gather_all(
-    sources: Sequence[Source], extraction: Extraction, jobs: int, progress: Progress = False
+    sources: Sequence[Source],
+    extraction: Extraction,
+    jobs: int,
+    progress: Progress = False,
+    store: Store | None = None,
 ) -> tuple[list[Parts], list[Failure]]:
     """As `gather`: all the parts and all the failures, each in the order of the sources."""
-    results = dict(gather(sources, extraction, jobs, progress))
+    results = dict(gather(sources, extraction, jobs, progress, store))
     in_order = [results[index] for index in sorted(results)]
     return [r for r in in_order if isinstance(r, Parts)], [r for r in in_order if isinstance(r, Failure)]
 
@@ -97,13 +110,25 @@ def find_meshes(folder: Path, names: Sequence[str]) -> dict[str, Path]:
     return found
 
 
-def _each(sources: Sequence[Source], extraction: Extraction, jobs: int) -> Iterator[tuple[int, Parts | str]]:
-    ready = [is_parts(source.path) for source in sources]
-    for index in (i for i, stored in enumerate(ready) if stored):
-        yield index, _read(sources[index])
-    meshes = [i for i, stored in enumerate(ready) if not stored]
-    for outcome in in_processes(_extract, [(sources[i], extraction) for i in meshes], jobs):
-        yield meshes[outcome.task], outcome.result if outcome.failure is None else outcome.failure
+def _each(
+    sources: Sequence[Source], extraction: Extraction, jobs: int, store: Store | None, seconds: float
+) -> Iterator[tuple[int, Parts | str]]:
+    missing = []
+    for index, source in enumerate(sources):
+        if is_parts(source.path):
+            yield index, _read(source)
+        elif store is not None and (parts := store.find(source.path, source.name)) is not None:
+            yield index, parts
+        else:
+            missing.append(index)
+    for outcome in in_processes(_extract, [(sources[i], extraction) for i in missing], jobs, seconds):
+        if outcome.failure is not None:
+            yield missing[outcome.task], outcome.failure
+            continue
+        parts, key = outcome.result
+        if store is not None:
+            store.keep(parts, key)
+        yield missing[outcome.task], parts
 
 
 def _read(source: Source) -> Parts | str:
@@ -113,16 +138,28 @@ def _read(source: Source) -> Parts | str:
         return one_line(error)
 
 
-def _extract(task: tuple[Source, Extraction]) -> Parts:
+def _extract(task: tuple[Source, Extraction]) -> tuple[Parts, str]:
+    """Parts, and the key of the mesh file."""
     source, extraction = task
-    return extract_parts(load_mesh(source.path, source.name), extraction)
+    key = mesh_key(source.path, extraction)
+    mesh = load_mesh(source.path, source.name)
+    if mesh_key(source.path, extraction) != key:
+        raise ValueError(f"{source.path}: the file was changed while it was read: run the command again")
+    return extract_parts(mesh, extraction), key
 
 
-def _opened(folder: Path) -> list[Path]:
-    """The parts in a folder and its folders, or else the meshes there; hidden ones are passed over."""
-    files = _files(folder, [PARTS_SUFFIX]) or _files(folder, MESH_SUFFIXES)
+def _opened(given: Path, meshes_only: bool) -> list[Path]:
+    """The parts in a folder and its folders, or else the meshes there; hidden ones are passed over. Or the file."""
+    if not given.is_dir():
+        return [given]
+    suffixes = ", ".join(MESH_SUFFIXES)
+    if meshes_only:
+        wanted, files = f"no meshes ({suffixes})", _files(given, MESH_SUFFIXES)
+    else:
+        wanted = f"neither meshes ({suffixes}) nor parts"
+        files = _files(given, [PARTS_SUFFIX]) or _files(given, MESH_SUFFIXES)
     if not files:
-        raise ValueError(f"{folder}: neither meshes ({', '.join(MESH_SUFFIXES)}) nor parts in this folder")
+        raise ValueError(f"{given}: {wanted} in this folder")
     return files
 
 

@@ -14,8 +14,8 @@ from ..surface import Parts
 from ._belief import Belief, combine, masses, odds_masses, weighted_evidence
 from ._distances import Nearest, nearest
 from ._matching import BEST, Matching
+from ._parts_file import require_same_settings
 from ._stack import Stack, object_blocks, stack
-from ._store import require_same_settings
 
 # Of every part, when all are worth the same. Between .1 and .9 it changes the order of next to nothing.
 EQUAL_SIGNIFICANCE = 0.5

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..surface import Parts
 from ._matching import Unit
-from ._store import require_same_settings
+from ._parts_file import require_same_settings
 
 # Parts a side that are compared at once: enough to fill the engine's batches, few enough to forget.
 _BLOCK = 160

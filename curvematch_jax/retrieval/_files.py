@@ -1,0 +1,69 @@
+"""Files and folders that appear whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import socket
+import tempfile
+import time
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+# `.curvematch-<host>-<process>-<random>`: hidden, so that nobody takes it for a result, and known to be ours.
+_TEMPORARY = re.compile(r"\.curvematch-([0-9a-f]{8})-(\d+)-\w+")
+_LONG_AGO = 24 * 3600.0
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A path to write to, a file or a folder, that takes the place of `path` if all goes well and vanishes if not."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    prefix = f".curvematch-{_host()}-{os.getpid()}-"
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=prefix) as folder:
+        temporary = Path(folder) / "new"
+        yield temporary
+        if path.is_dir():
+            # A folder can't be renamed onto one that is not empty.
+            path.rename(Path(folder) / "old")
+        os.replace(temporary, path)
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove what killed processes have left unfinished in a folder and its folders.
+
+    The process that was writing is in the name: on this host it has to be gone, so that the next start can clean up at
+    once and a run beside it is not disturbed. Of other hosts' processes only the age is known: a day.
+    """
+    for path in list(folder.rglob(".curvematch-*")):
+        if _left_over(path):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def _left_over(path: Path) -> bool:
+    match = _TEMPORARY.fullmatch(path.name)
+    if match is None:
+        return False
+    if match[1] == _host() and os.name == "posix":
+        return not _runs(int(match[2]))
+    try:
+        return time.time() - path.stat().st_mtime > _LONG_AGO
+    except FileNotFoundError:
+        return False
+
+
+def _runs(process: int) -> bool:
+    try:
+        os.kill(process, 0)  # Signal 0 only asks.
+    except PermissionError:
+        return True
+    except (ProcessLookupError, OverflowError):
+        return False
+    return True
+
+
+def _host() -> str:
+    return f"{zlib.crc32(socket.gethostname().encode()):08x}"
