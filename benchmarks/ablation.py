@@ -19,12 +19,11 @@ from pathlib import Path
 import numpy as np
 from _record import versions, write
 
-from curvematch_jax.cli._commands import run_settings
 from curvematch_jax.cli._inputs import Source, gather_all
 from curvematch_jax.cli._jax import configure_jax
 from curvematch_jax.cli._workers import cores
 from curvematch_jax.datasets import labelled_folder
-from curvematch_jax.retrieval import Matching, Scores, dissimilarity_matrix, evaluate
+from curvematch_jax.retrieval import Matching, Scores, dissimilarity_matrix, evaluate, run_settings
 from curvematch_jax.surface import Extraction, Parts
 
 MEASURES = ("nn", "ft", "st", "dcg", "map")

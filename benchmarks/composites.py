@@ -43,12 +43,12 @@ from curvematch_jax import (
     load_mesh,
     rank,
 )
-from curvematch_jax.cli._commands import run_settings
 from curvematch_jax.cli._inputs import Failure, Source
 from curvematch_jax.cli._jax import configure_jax
 from curvematch_jax.cli._workers import cores, in_processes
 from curvematch_jax.datasets import Composite, labelled_folder
 from curvematch_jax.pictures import Tile, sheet
+from curvematch_jax.retrieval import run_settings
 
 METHODS = {"default": Matching(), "partial": Matching.partial(), "paper": Matching.paper()}
 _ROWS, _RESULTS = 10, 8  # of the picture

@@ -22,15 +22,13 @@ from pathlib import Path
 import numpy as np
 from _record import machine, versions, write
 
-from curvematch_jax.cli._commands import run_settings
 from curvematch_jax.cli._inputs import Source, gather_all
 from curvematch_jax.cli._jax import configure_jax
 from curvematch_jax.cli._output import scores_table
 from curvematch_jax.cli._workers import cores
 from curvematch_jax.datasets import labelled_folder
-from curvematch_jax.retrieval import Matching, evaluate
+from curvematch_jax.retrieval import Matching, evaluate, run_settings
 from curvematch_jax.retrieval._matrix import fused_rows, part_to_object
-from curvematch_jax.retrieval._stack import stack
 from curvematch_jax.surface import Extraction
 
 FUSIONS = ("mean", "belief", "weighted")
@@ -64,20 +62,19 @@ def measured(folder: Path, matching: Matching, jobs: int) -> dict[str, object]:
         started = time.perf_counter()
         parts, failed = gather_all(sources, Extraction(), jobs, progress=True)
         extracted = time.perf_counter()
-        whole = stack(parts, matching.unit)
-        distances = part_to_object(whole, matching, progress=True)
+        distances = part_to_object(parts, matching, progress=True)
         seconds = {"parts": extracted - started, "matrix": time.perf_counter() - extracted}
     classes = dict(zip((source.name for source in sources), (label for _, label in labelled), strict=True))
     labels = [classes[p.name] for p in parts]
     measures = {}
     for fusion in FUSIONS:
         settings = dataclasses.replace(matching, fusion=fusion)
-        scores = evaluate(fused_rows(parts, whole, distances, settings), labels) if repeated(labels) else None
+        scores = evaluate(fused_rows(parts, distances, settings), labels) if repeated(labels) else None
         measures[fusion] = scores.summary() if scores else None
         if scores:
             preset = " (the preset)" if fusion == matching.fusion else ""
             print(f"\n{folder.name}, {fusion}{preset}\n{scores_table(scores)}")
-    counts = np.diff(whole.starts)
+    counts = np.array([len(p.areas) for p in parts])
     print(
         f"\n{folder.name}: {len(parts)} of {len(sources)} objects, {counts.sum()} parts, "
         f"parts {seconds['parts']:.0f} s, matrix {seconds['matrix']:.0f} s, peak {max(peak) / 2**30:.2f} GiB"

@@ -31,10 +31,9 @@ import numpy as np
 from _record import versions, write
 from features import read_landmarks
 
-from curvematch_jax.cli._commands import run_settings
 from curvematch_jax.cli._jax import configure_jax
 from curvematch_jax.datasets import creatures, labelled_folder
-from curvematch_jax.retrieval import symmetric_parts
+from curvematch_jax.retrieval import run_settings, symmetric_parts
 from curvematch_jax.retrieval._symmetry import SELF
 from curvematch_jax.surface import Extraction, Parts, extract_parts, load_mesh
 

@@ -39,7 +39,7 @@ def _bar(label: str, unit: str) -> Report:
     def report(done: int, total: int) -> None:
         nonlocal bar
         if bar is None:
-            bar = tqdm(desc=label, unit=f" {unit}", unit_scale=True, dynamic_ncols=True)
+            bar = tqdm(desc=label, initial=done, unit=f" {unit}", unit_scale=True, dynamic_ncols=True)
         bar.total = total
         bar.update(done - bar.n)
         if done >= total:

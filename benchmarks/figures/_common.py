@@ -20,10 +20,9 @@ import numpy as np
 from benchmarks._record import versions, write
 from benchmarks.baselines._run import Model, generated, models_in
 from curvematch_jax._progress import reporter
-from curvematch_jax.cli._commands import run_settings
 from curvematch_jax.cli._jax import configure_jax
 from curvematch_jax.cli._workers import cores, in_processes
-from curvematch_jax.retrieval import Matching, dissimilarity_matrix
+from curvematch_jax.retrieval import Matching, dissimilarity_matrix, run_settings
 from curvematch_jax.surface import Extraction, Mesh, Parts, clean, extract_parts
 
 MATCHINGS: Mapping[str, Callable[[], Matching]] = {"default": Matching, "paper": Matching.paper}

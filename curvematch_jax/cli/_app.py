@@ -16,6 +16,7 @@ from ..surface import Extraction
 from . import _commands
 from ._demo import run_demo
 from ._jax import configure_jax
+from ._matrix import make_matrix, show_status
 from ._output import Output, complain
 from ._query import Explanation, run_query
 from ._workers import TIME_LIMIT, cores, one_line
@@ -99,18 +100,30 @@ def parts(
 
 @app.command()
 def matrix(
+    out: Annotated[Path, typer.Option(metavar="D.zarr", help="Where the matrix is, or is to be.")],
     meshes: Annotated[
-        list[Path], typer.Argument(metavar="MESHES...", help="Mesh files, folders of them, or folders of parts.")
-    ],
-    out: Annotated[Path, typer.Option(metavar="D.zarr", help="Where to save the matrix.")],
+        list[Path] | None,
+        typer.Argument(
+            metavar="MESHES...", help="Mesh files, folders of them, or folders of parts.", show_default=False
+        ),
+    ] = None,
     preset: PresetOption = Preset.best,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Compute the blocks on this dask cluster.")
+    ] = None,
+    status: Annotated[bool, typer.Option("--status", help="Only say how far the matrix has come.")] = False,
     jobs: Jobs = _CORES,
     strict: Strict = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Compare every object with every other and save the dissimilarity matrix."""
-    return _commands.make_matrix(meshes, out, _DEFAULT, preset.matching(), jobs, strict, Output(json, quiet))
+    """Compare every object with every other; the same command goes on where it was stopped, and adds what is new."""
+    output = Output(json, quiet)
+    if status:
+        return show_status(out, output)
+    if not meshes:
+        raise typer.BadParameter("meshes or parts are needed, or --status")
+    return make_matrix(meshes, out, _DEFAULT, preset.matching(), jobs, scheduler, strict, output)
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""The work of `curvematch parts`, `matrix` and `evaluate`, from checked arguments to its exit status."""
+"""The work of `curvematch parts` and `evaluate`, from checked arguments to its exit status."""
 
 from __future__ import annotations
 
@@ -8,17 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..datasets import match_labels, read_labels
-from ..retrieval import (
-    Matching,
-    SavedMatrix,
-    dissimilarity_matrix,
-    evaluate,
-    load_matrix,
-    require_place_for_matrix,
-    save_matrix,
-)
+from ..retrieval import evaluate, load_matrix
 from ..surface import Extraction, Parts
-from ._inputs import Failure, find_sources, gather, gather_all, is_parts
+from ._inputs import Failure, find_sources, gather, is_parts
 from ._kept import Store
 from ._output import Output, scores_table
 
@@ -76,47 +68,6 @@ def make_parts(
     return SOME_FAILED if failed and strict else 0
 
 
-def make_matrix(
-    inputs: Sequence[Path],
-    out: Path,
-    extraction: Extraction,
-    matching: Matching,
-    jobs: int,
-    strict: bool,
-    output: Output,
-) -> int:
-    """`curvematch matrix`: meshes or parts to a saved dissimilarity matrix."""
-    require_place_for_matrix(out)
-    started = time.perf_counter()
-    parts, failed = gather_all(find_sources(inputs), extraction, jobs, output.progress)
-    report_failures(failed, len(parts), output)
-    extracted = time.perf_counter()
-    values = dissimilarity_matrix(parts, matching, output.progress)
-    seconds = {"parts": extracted - started, "matrix": time.perf_counter() - extracted}
-    lacking = tuple(p.name for p in parts if not len(p.areas))
-    for name in lacking:
-        output.note(f"{name} has no feature point and comes last in every ranking")
-    saved = SavedMatrix(
-        dissimilarity=values,
-        names=tuple(p.name for p in parts),
-        settings=run_settings(parts[0].settings, matching),
-        notes=tuple(f"{name} has no feature point" for name in lacking),
-    )
-    save_matrix(saved, out)
-    output.result(
-        f"{len(parts)} objects: matrix in {out} (parts {seconds['parts']:.1f} s, matrix {seconds['matrix']:.1f} s)",
-        {
-            "out": str(out),
-            "objects": list(saved.names),
-            "without_parts": list(lacking),
-            "failed": [dataclasses.asdict(failure) for failure in failed],
-            "settings": saved.settings,
-            "seconds": seconds,
-        },
-    )
-    return SOME_FAILED if failed and strict else 0
-
-
 def run_evaluation(matrix: Path, labels: Path, output: Output) -> int:
     """`curvematch evaluate`: the measures of a saved matrix."""
     saved = load_matrix(matrix)
@@ -126,11 +77,6 @@ def run_evaluation(matrix: Path, labels: Path, output: Output) -> int:
     summary = scores.summary()
     output.result(scores_table(scores), {**summary, "notes": list(saved.notes), "settings": saved.settings})
     return 0
-
-
-def run_settings(extraction: Extraction, matching: Matching) -> dict[str, object]:
-    """Everything that a result depends on."""
-    return {"extraction": dataclasses.asdict(extraction), "matching": dataclasses.asdict(matching)}
 
 
 def report_failures(failed: Sequence[Failure], usable: int, output: Output) -> None:

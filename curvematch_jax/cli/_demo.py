@@ -20,11 +20,11 @@ from ..retrieval import (
     dissimilarity_matrix,
     evaluate,
     rank,
+    run_settings,
     save_matrix,
     save_parts,
 )
 from ..surface import Extraction, Mesh, Parts, extract_parts
-from ._commands import run_settings
 from ._output import Output, ranking_rows, ranking_table, scores_table
 from ._workers import in_processes
 

@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..pictures import check_picture, explanation_picture
-from ..retrieval import Matching, Ranking, rank
+from ..retrieval import Matching, Ranking, rank, run_settings
 from ..surface import Extraction, Mesh, MeshError, Parts, load_mesh
-from ._commands import SOME_FAILED, report_failures, run_settings
+from ._commands import SOME_FAILED, report_failures
 from ._inputs import find_meshes, find_sources, gather_all, is_parts
 from ._output import Output, matches_table, ranking_rows, ranking_table
 

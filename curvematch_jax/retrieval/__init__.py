@@ -3,25 +3,23 @@
 from ._evaluation import GradedScores, Scores, evaluate, evaluate_graded
 from ._files import remove_leftovers
 from ._matching import Matching
-from ._matrix import dissimilarity_matrix
-from ._parts_file import fingerprint, load_collection, load_parts, save_parts, source_key, stored_source
+from ._matrix import build_matrix, dissimilarity_matrix
+from ._matrix_file import MatrixStatus, SavedMatrix, distinct_names, load_matrix, matrix_status, save_matrix
+from ._matrix_store import run_settings
+from ._parts_file import StoredParts, fingerprint, load_collection, load_parts, save_parts, source_key, stored_source
 from ._ranking import Match, Ranking, rank
-from ._store import (
-    SavedMatrix,
-    distinct_names,
-    load_matrix,
-    require_place_for_matrix,
-    save_matrix,
-)
 from ._symmetry import symmetric_parts
 
 __all__ = [
     "GradedScores",
     "Match",
     "Matching",
+    "MatrixStatus",
     "Ranking",
     "SavedMatrix",
     "Scores",
+    "StoredParts",
+    "build_matrix",
     "dissimilarity_matrix",
     "distinct_names",
     "evaluate",
@@ -30,9 +28,10 @@ __all__ = [
     "load_collection",
     "load_matrix",
     "load_parts",
+    "matrix_status",
     "rank",
     "remove_leftovers",
-    "require_place_for_matrix",
+    "run_settings",
     "save_matrix",
     "save_parts",
     "source_key",

@@ -10,8 +10,13 @@ import tempfile
 import time
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # Not on Windows.
+    fcntl = None
 
 # `.curvematch-<host>-<process>-<random>`: hidden, so that nobody takes it for a result, and known to be ours.
 _TEMPORARY = re.compile(r"\.curvematch-([0-9a-f]{8})-(\d+)-\w+")
@@ -30,6 +35,38 @@ def replacing(path: Path) -> Iterator[Path]:
             # A folder can't be renamed onto one that is not empty.
             path.rename(Path(folder) / "old")
         os.replace(temporary, path)
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Says in one sentence that there is no room, or no permission, where something was to be written: `ValueError`."""
+    try:
+        yield
+    except OSError as error:
+        raise ValueError(
+            f"{path}: can't be written ({error.strerror or error}); what is there already is sound: make room, or "
+            "choose another place, and give the same command again"
+        ) from error
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Keeps other processes that ask out of `path` while the block runs; ends with the process, whatever ends it.
+
+    Raises:
+        ValueError: when another process is in it.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    lock = path.with_name(f".{path.name}.lock")
+    with ExitStack() as held:
+        if fcntl is not None:
+            with writing(lock):
+                file = held.enter_context(lock.open("w"))
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise ValueError(f"{path}: another process is at work on it") from error
+        yield
 
 
 def remove_leftovers(folder: Path) -> None:

@@ -101,6 +101,27 @@ def load_collection(paths: Iterable[str | os.PathLike[str]]) -> list[Parts]:
     return collection
 
 
+class StoredParts(Sequence[Parts]):
+    """Parts files as a sequence that reads one whenever it is asked for it, and keeps none.
+
+    Args:
+        paths: of the files.
+        names: that the objects go by; by default those in the files.
+    """
+
+    def __init__(self, paths: Sequence[str | os.PathLike[str]], names: Sequence[str] | None = None) -> None:
+        self._paths, self._names = list(paths), names
+
+    def __len__(self) -> int:
+        return len(self._paths)
+
+    def __getitem__(self, i: Any) -> Any:
+        if isinstance(i, slice):
+            return StoredParts(self._paths[i], self._names and self._names[i])
+        parts = load_parts(self._paths[i])
+        return dataclasses.replace(parts, name=self._names[i]) if self._names else parts
+
+
 def require_same_settings(collection: Sequence[Parts]) -> None:
     """Refuse parts that can't be compared.
 

@@ -7,9 +7,9 @@ import pytest
 
 from curvematch_jax.elastic import Aligner
 from curvematch_jax.retrieval import Matching, dissimilarity_matrix, rank
+from curvematch_jax.retrieval import _blocks as blocks_module
 from curvematch_jax.retrieval import _distances as distances_module
-from curvematch_jax.retrieval import _matrix as matrix_module
-from curvematch_jax.retrieval._stack import object_blocks, stack
+from curvematch_jax.retrieval._stack import stack
 from curvematch_jax.surface import Extraction
 
 FAST = Matching(aligner=Aligner.rigid(), candidates=0, fusion="mean")
@@ -93,7 +93,7 @@ def test_times_of_the_stages_are_told(collection):
 
 def test_matrix_does_not_depend_on_blocks(collection, monkeypatch):
     whole = dissimilarity_matrix(collection, FAST)
-    monkeypatch.setattr(matrix_module, "object_blocks", lambda starts: object_blocks(starts, parts=5))
+    monkeypatch.setattr(blocks_module, "BLOCK", 2)
     np.testing.assert_allclose(dissimilarity_matrix(collection, FAST), whole, atol=1e-5)
 
 
