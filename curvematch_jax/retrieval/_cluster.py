@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
+import warnings
 from collections.abc import Callable, Iterator
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -11,7 +12,8 @@ if TYPE_CHECKING:
 
 # Tasks that wait at each worker, so that none is idle while its next one is on the way.
 _AHEAD = 2
-_ATTEMPTS = 5
+# Seconds that a scheduler has to answer.
+_PATIENCE = 20
 
 
 def connect(address: str) -> Client:
@@ -26,7 +28,7 @@ def connect(address: str) -> Client:
     except ImportError as error:
         raise ImportError('clusters need distributed: pip install "curvematch_jax[cluster]"') from error
     try:
-        return Client(address, timeout="20s", set_as_default=False)
+        return Client(address, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:
         raise ValueError(f"{address}: no dask scheduler answers there ({type(error).__name__})") from error
 
@@ -36,47 +38,37 @@ def on_cluster(
 ) -> Iterator[tuple[Any, Any]]:
     """`(key, function(*arguments))` of every `(key, arguments)`, in the order in which they end.
 
-    Only a few tasks a worker are on the way at a time, so that memory here stays bounded. Arguments go to the workers
-    directly. A task is given out again when the worker that held it, or its arguments, is lost.
+    Only a few tasks a worker are on the way at a time, so that memory stays bounded here and at the scheduler. The
+    scheduler holds the arguments until a task has ended, and gives the tasks of a lost worker to another.
 
     Raises:
-        RuntimeError: when a task has been lost too often; whatever `function` raises.
+        RuntimeError: when a task has gone down with several workers; whatever `function` raises.
     """
-    from distributed import wait
+    from distributed import KilledWorker, wait
 
-    running: dict[Future, tuple[Any, tuple]] = {}
-    lost: Counter = Counter()
+    running: dict[Future, Any] = {}
     waiting = iter(tasks)
     try:
         while True:
             room = _AHEAD * max(len(client.scheduler_info(n_workers=-1)["workers"]), 1) - len(running)
-            for _, (key, arguments) in zip(range(room), waiting, strict=False):
-                running[_submit(client, function, arguments)] = key, arguments
+            for key, arguments in islice(waiting, max(room, 0)):
+                running[_submit(client, function, arguments)] = key
             if not running:
                 return
-            ended: Any = wait(list(running), return_when="FIRST_COMPLETED")
+            with client.as_current():
+                ended: Any = wait(list(running), return_when="FIRST_COMPLETED")
             for future in ended.done:
-                key, arguments = running.pop(future)
-                if future.status == "finished":
+                key = running.pop(future)
+                try:
                     yield key, future.result()
-                    continue
-                lost[key] += 1
-                if lost[key] >= _ATTEMPTS or not _worker_was_lost(future):
-                    future.result()
-                    raise RuntimeError(f"block {key} was lost {lost[key]} times with the workers that had it")
-                running[_submit(client, function, arguments)] = key, arguments
+                except KilledWorker as error:
+                    raise RuntimeError(f"several workers died over block {key}: have they memory enough?") from error
     finally:
         client.cancel(list(running))
 
 
 def _submit(client: Client, function: Callable[..., Any], arguments: tuple) -> Future:
-    placed: Any = client.scatter(list(arguments), hash=False)
-    return client.submit(function, *placed, pure=False)
-
-
-def _worker_was_lost(future: Future) -> bool:
-    from distributed import KilledWorker
-
-    if future.status in ("cancelled", "lost"):
-        return True
-    return isinstance(future.exception(), KilledWorker)
+    with warnings.catch_warnings():
+        # That a graph is large. Arguments that are sent ahead instead are lost with the worker that holds them.
+        warnings.simplefilter("ignore", UserWarning)
+        return client.submit(function, *arguments, pure=False)

@@ -231,10 +231,9 @@ def test_progress_counts_pairs_of_parts_and_what_was_there(collection, tmp_path,
 
 
 def test_status_knows_the_rate_of_the_last_blocks(collection, tmp_path):
-
     path = tmp_path / "D.zarr"
     with pytest.MonkeyPatch.context() as patch:
-        stop_after(6, patch)
+        stop_after(5, patch)
         with pytest.raises(KeyboardInterrupt):
             build_matrix(collection, path, SETTINGS)
     for second, (one, other) in enumerate([(0, 0), (0, 1), (0, 2)]):
