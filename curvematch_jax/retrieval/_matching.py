@@ -105,10 +105,10 @@ class Matching:
         """For queries that are pieces of bodies, or are put together of them: near levels and close parts count.
 
         Far from its feature point a part of one body reaches into the other, so that the weight of levels falls with
-        the distance. Masses by equation 4 let few parts speak for an object: those of half a query need not wait for
-        the other half.
+        the distance, and lengths in diameters of the whole say nothing about a piece. Masses by equation 4 let few
+        parts speak for an object: those of half a query need not wait for the other half.
         """
-        return cls(decay=1.0, masses="shares", scale=0.1)
+        return cls(isometry_weight=0.0, decay=1.0, masses="shares", scale=0.05)
 
     @classmethod
     def paper(cls) -> Matching:
