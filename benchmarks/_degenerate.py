@@ -17,7 +17,8 @@ def degenerate(mesh: Mesh, random: Random) -> Mesh:
     vertices, faces = mesh.vertices.copy(), mesh.faces.copy()
     for _ in range(random.integers(1, 4)):
         change: Callable = _CHANGES[random.integers(len(_CHANGES))]
-        vertices, faces = change(vertices, faces, random)
+        with np.errstate(all="ignore"):
+            vertices, faces = change(vertices, faces, random)
         faces = faces if len(faces) else mesh.faces
     return Mesh(np.nan_to_num(vertices, posinf=1e308, neginf=-1e308), faces, mesh.name)
 

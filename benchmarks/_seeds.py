@@ -41,6 +41,7 @@ def meshes() -> tuple[Mesh, ...]:
         made(trimesh.creation.icosphere(subdivisions=1), "small ball"),
         made(trimesh.creation.torus(1.0, 0.4, major_sections=16, minor_sections=10), "torus"),
         two,
+        made(trimesh.creation.torus(1.0, 0.4, major_sections=40, minor_sections=30), "fine torus"),
         Mesh(cube.vertices, cube.faces[1:], "open cube"),
     )
 
@@ -77,7 +78,7 @@ def ply(mesh: Mesh, encoding: str) -> bytes:
     order = ">" if "big" in encoding else "<"
     faces = np.zeros(len(mesh.faces), dtype=[("count", "u1"), ("corners", f"{order}i4", 3)])
     faces["count"], faces["corners"] = 3, mesh.faces
-    return head + mesh.vertices.astype(f"{order}f4").tobytes() + faces.tobytes()
+    return head + _single(mesh.vertices, order).tobytes() + faces.tobytes()
 
 
 def stl_text(mesh: Mesh) -> bytes:
@@ -89,13 +90,13 @@ def stl_text(mesh: Mesh) -> bytes:
 
 def stl(mesh: Mesh) -> bytes:
     facets = np.zeros(len(mesh.faces), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("colour", "<u2")])
-    facets["corners"] = mesh.vertices[mesh.faces]
+    facets["corners"] = _single(mesh.vertices)[mesh.faces]
     return b"\0" * 80 + struct.pack("<I", len(mesh.faces)) + facets.tobytes()
 
 
 def gltf_tree(mesh: Mesh) -> tuple[dict, bytes]:
     """The JSON of a scene with two placed copies, and its one buffer."""
-    points, faces = mesh.vertices.astype("<f4").tobytes(), mesh.faces.astype("<u4").tobytes()
+    points, faces = _single(mesh.vertices).tobytes(), mesh.faces.astype("<u4").tobytes()
     tree = {
         "asset": {"version": "2.0"},
         "scene": 0,
@@ -189,6 +190,11 @@ def seed_content(kind: str, random: np.random.Generator) -> Content:
 
 def some_mesh(random: np.random.Generator) -> Mesh:
     return meshes()[random.integers(len(meshes()))]
+
+
+def _single(values: np.ndarray, order: str = "<") -> np.ndarray:
+    with np.errstate(over="ignore"):
+        return values.astype(f"{order}f4")
 
 
 def _rows(values: np.ndarray) -> str:

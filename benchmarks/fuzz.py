@@ -6,7 +6,7 @@ Small valid files in every format are broken in a few places (`_mutations.py`), 
 large once read (`_bombs.py`). Worker processes read them as users do (`_judge.py`): mesh files by `load_mesh` and, when
 that succeeds, `extract_parts`; parts files by `load_parts`; matrices by `load_matrix`. A file is refused by a
 `ValueError` (`MeshError`), `FileNotFoundError` or `ImportError` whose message is one line that names the file. Anything else is
-a violation, and so is: the death of the worker; more than 10 seconds of its processor, or 60 on the clock; more than
+a violation, and so is: the death of the worker; more than 10 seconds of its processor, or 30 on the clock; more than
 1 GiB of memory; opening, listing or changing any file but the given one; a socket, a process, unpickling; a warning; a
 word on stdout or stderr; a result that is not finite or has wrong shapes. Linux only.
 """
@@ -28,7 +28,7 @@ from _seeds import FORMATS, suffix_of
 
 from curvematch_jax.cli._workers import in_processes
 
-_CLOCK = 60.0  # seconds; workers that share a machine are slower than their own processor time says
+_CLOCK = 30.0  # seconds; workers that share a machine are slower than their own processor time says
 _PACKAGES = ("trimesh", "numpy", "scipy", "zarr", "potpourri3d", "gpytoolbox", "pymeshfix", "fast-simplification")
 
 

@@ -1,5 +1,6 @@
 """Make any triangle soup one closed, oriented, regular surface, and say what was changed."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,6 +29,9 @@ _HUGE = 5  # times the wanted vertices: what is decimated, to twice the wanted v
 _FEWEST, _MOST = 0.2, 1.7  # times the wanted vertices: what is not remeshed
 _NEEDLES = 0.1  # 5th percentile of the triangles' quality: what is remeshed. Graded meshes have 0.2, remeshed ones 0.8
 _LONGEST = 0.2  # of the square root of the area: edges that are too long for level curves
+_LEAST_WIDTH, _MOST_WIDTH = 1e-15, 1e15  # in mesh units: squares and their inverses are float32 numbers
+_FARTHEST = 1e8  # widths from the origin: beyond, rounding shows
+_THIN = 10  # times the wanted vertices: what remeshing makes of a surface that is mostly needles
 
 
 @dataclass(frozen=True)
@@ -68,10 +72,16 @@ class CleanReport:
 
 
 class _Work:
-    """The arrays on their way through the steps, and the report that grows with them."""
+    """The arrays on their way through the steps, and the report that grows with them.
+
+    Vertices are in units of a power of two, one to two to the width: what libraries hold for small or equal does not
+    depend on the mesh's unit then, and nothing is rounded.
+    """
 
     def __init__(self, mesh: Mesh):
-        self.vertices, self.faces, self.name = mesh.vertices, mesh.faces, mesh.name or "mesh"
+        self.name = mesh.name or "mesh"
+        self.unit = 2.0 ** math.floor(math.log2(_width(mesh)))
+        self.vertices, self.faces = mesh.vertices / self.unit, mesh.faces
         self.report = CleanReport()
 
     def set(self, vertices: np.ndarray, faces: np.ndarray, **changes: Any) -> None:
@@ -109,7 +119,8 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
         the mesh, and the report of what was changed.
 
     Raises:
-        MeshError: nothing usable is left, or the surface cannot be closed, has one side only, or encloses nothing.
+        MeshError: nothing usable is left, or the surface cannot be closed, has one side only, encloses nothing or is
+            mostly needles; or its width is below 1e-15 or above 1e15, or less than 1e-8 of its distance from the origin.
         ImportError: closing, decimating or remeshing is needed and the extra `prep` is not installed.
     """
     work = _Work(mesh)
@@ -126,7 +137,21 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
         _remesh(work, vertices)
     if work.report == CleanReport():
         return mesh, work.report
-    return Mesh(work.vertices, work.faces, mesh.name), work.report
+    return Mesh(work.vertices * work.unit, work.faces, mesh.name), work.report
+
+
+def _width(mesh: Mesh) -> float:
+    """Of the box around all faces; `MeshError` where squares would overflow, or coordinates can't tell vertices apart."""
+    used = mesh.vertices[np.unique(mesh.faces)]
+    with np.errstate(over="ignore"):
+        width = float(np.ptp(used, axis=0).max())
+    label = mesh.name or "mesh"
+    if not _LEAST_WIDTH <= width <= _MOST_WIDTH:
+        raise MeshError(f"{label}: it is {width:.3g} units wide; scale it to between {_LEAST_WIDTH} and {_MOST_WIDTH}")
+    far = float(np.abs(used).max())
+    if far > _FARTHEST * width:
+        raise MeshError(f"{label}: it is {width:.3g} wide and {far:.3g} from the origin, too far for its size; move it")
+    return width
 
 
 def _weld(work: _Work) -> None:
@@ -134,7 +159,7 @@ def _weld(work: _Work) -> None:
     vertices, faces, welded = weld(work.vertices, work.faces)
     table = edges(faces)
     border = np.unique(table.ends[table.count == 1])
-    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    size = float(np.linalg.norm(np.ptp(vertices[np.unique(faces)], axis=0)))
     if len(border):
         close = border[KDTree(vertices[border]).query_pairs(_STITCH * size, output_type="ndarray")]
         number, group = label_components(len(vertices), close)
@@ -223,6 +248,8 @@ def _face_outwards(work: _Work) -> None:
 def _remesh(work: _Work, target: int) -> None:
     before = len(work.vertices)
     vertices, faces = _prep.remesh(work.vertices, work.faces, target)
+    if len(vertices) > _THIN * target:
+        raise MeshError(f"{work.name}: the surface is mostly needles, too thin for {target} vertices; thicken it first")
     work.set(vertices, faces, remeshed=(before, len(vertices)))
     if not work.closed or not work.single:
         raise MeshError(f"{work.name}: remeshing to {target} vertices broke the surface; ask for more vertices")

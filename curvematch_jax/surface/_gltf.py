@@ -108,7 +108,8 @@ def _joined(document: _Document) -> tuple[np.ndarray, np.ndarray]:
             left -= len(vertices) + triangles.size
             if left < 0:
                 raise MeshError("it places far more triangles than a file of its size should; join its parts first")
-            points.append(vertices @ matrix[:3, :3].T + matrix[:3, 3])
+            with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused by `Mesh`
+                points.append(vertices @ matrix[:3, :3].T + matrix[:3, 3])
             faces.append(triangles + count)
             count += len(vertices)
     if not sum(map(len, faces)):

@@ -8,7 +8,7 @@ from ._clean import clean
 from ._features import Features, feature_points
 from ._fields import Distances, Field, check_field, curve_unit, distances_on
 from ._levels import LevelSets, follow, front_lengths
-from ._mesh import Mesh
+from ._mesh import Mesh, MeshError
 from ._topology import Edges, edges, face_areas
 
 # A level curve that has split goes on as its longest branch while that has this share of the length.
@@ -112,7 +112,11 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
     mesh, report = clean(mesh, vertices=extraction.vertices)
     distances = distances_on(mesh, extraction.field)
     features = feature_points(mesh, distances, extraction.epsilon, extraction.least)
-    return parts_around(mesh, distances, features, extraction, report.messages)
+    parts = parts_around(mesh, distances, features, extraction, report.messages)
+    for name in ("curves", "lengths", "fronts", "centres", "areas", "points", "between"):
+        if not np.isfinite(getattr(parts, name)).all():
+            raise MeshError(f"{mesh.name or 'mesh'}: its triangles are too thin: {name} of its parts are not finite")
+    return parts
 
 
 def parts_around(
