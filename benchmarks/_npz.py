@@ -93,7 +93,8 @@ def _nasty_values(member: bytes, random: np.random.Generator) -> bytes:
         values = flat.reshape(values.shape)
     way = random.integers(4)
     if way == 0:
-        values = values.astype(("<f8", "<f2", "<i8", "<c8")[random.integers(4)]) if values.dtype.kind in "fb" else values
+        with np.errstate(all="ignore"):
+            values = values.astype(("<f8", "<f2", "<i8", "<c8")[random.integers(4)]) if values.dtype.kind in "fb" else values
     elif way == 1:
         values = np.concatenate([values, values]) if values.ndim else values.reshape(1)
     elif way == 2:

@@ -31,7 +31,9 @@ _NEEDLES = 0.1  # 5th percentile of the triangles' quality: what is remeshed. Gr
 _LONGEST = 0.2  # of the square root of the area: edges that are too long for level curves
 _LEAST_WIDTH, _MOST_WIDTH = 1e-15, 1e15  # in mesh units: squares and their inverses are float32 numbers
 _FARTHEST = 1e8  # widths from the origin: beyond, rounding shows
-_THIN = 10  # times the wanted vertices: what remeshing makes of a surface that is mostly needles
+_THIN = 100  # times the wanted vertices: edges of the wanted length, end to end, in a surface that is mostly needles
+_JOINABLE = 2e9  # patches times squared border edges: about ten seconds of joining
+_FILLABLE = 6e7  # squared border edges of each hole: about ten seconds of filling
 
 
 @dataclass(frozen=True)
@@ -129,8 +131,9 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
     if not work.closed:
         _weld(work)
     join = _make_manifold(work)
-    if len(work.vertices) > _HUGE * vertices:
+    if len(work.vertices) > _HUGE * vertices and len(work.faces) > 4 * vertices:
         join = _decimate(work, vertices) or join
+    _refuse_needles(work, vertices)
     _close(work, join)
     _face_outwards(work)
     if is_unfit(work.vertices, work.faces, vertices):
@@ -228,9 +231,11 @@ def _close(work: _Work, join: bool) -> None:
         return
     table = edges(work.faces)
     border = table.ends[table.count == 1]
-    inner_vertices = len(work.vertices) - len(np.unique(border))
-    holes = label_components(len(work.vertices), border)[0] - inner_vertices
-    patches = face_components(work.faces)[0] if join else 0
+    _, label = label_components(len(work.vertices), border)
+    sizes = np.unique(label[border[:, 0]], return_counts=True)[1].astype(float)
+    holes, patches = len(sizes), face_components(work.faces)[0] if join else 0
+    if patches * len(border) ** 2 > _JOINABLE or (sizes**2).sum() > _FILLABLE:
+        raise MeshError(f"{work.name}: {holes} holes with {len(border)} border edges are too many to close")
     work.set(*_prep.close(work.vertices, work.faces, join), closed_holes=holes, joined_patches=patches)
     if not work.closed or not work.single:
         raise MeshError(f"{work.name}: its {holes} holes could not be closed; repair it in a mesh editor first")
@@ -245,13 +250,22 @@ def _face_outwards(work: _Work) -> None:
         work.set(work.vertices, work.faces[:, ::-1], flipped=flipped)
 
 
+def _refuse_needles(work: _Work, target: int) -> None:
+    """Where long edges enclose next to no area, filling and remeshing would make millions of triangles."""
+    ends = work.vertices[edges(work.faces).ends]
+    length = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
+    wanted = _prep.edge_length(work.vertices, work.faces, target)
+    if length > _THIN * target * wanted:
+        raise MeshError(f"{work.name}: the surface is mostly needles, too thin for {target} vertices; thicken it first")
+
+
 def _remesh(work: _Work, target: int) -> None:
     before = len(work.vertices)
+    _refuse_needles(work, target)
     vertices, faces = _prep.remesh(work.vertices, work.faces, target)
-    if len(vertices) > _THIN * target:
-        raise MeshError(f"{work.name}: the surface is mostly needles, too thin for {target} vertices; thicken it first")
     work.set(vertices, faces, remeshed=(before, len(vertices)))
-    if not work.closed or not work.single:
+    whole = np.isfinite(vertices).all() and signed_volume(vertices, faces) > 0
+    if not whole or not work.closed or not work.single:
         raise MeshError(f"{work.name}: remeshing to {target} vertices broke the surface; ask for more vertices")
 
 

@@ -66,7 +66,8 @@ def parse_gltf(text: bytes, binary: bytes | None = None) -> tuple[np.ndarray, np
     """
     try:
         tree = json.loads(text)
-        return _joined(_Document(tree, binary, len(text) + len(binary or b"")))
+        with np.errstate(all="ignore"):  # what is not finite is refused by `Mesh`
+            return _joined(_Document(tree, binary, len(text) + len(binary or b"")))
     except MeshError:
         raise
     except RecursionError:
@@ -108,8 +109,7 @@ def _joined(document: _Document) -> tuple[np.ndarray, np.ndarray]:
             left -= len(vertices) + triangles.size
             if left < 0:
                 raise MeshError("it places far more triangles than a file of its size should; join its parts first")
-            with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused by `Mesh`
-                points.append(vertices @ matrix[:3, :3].T + matrix[:3, 3])
+            points.append(vertices @ matrix[:3, :3].T + matrix[:3, 3])
             faces.append(triangles + count)
             count += len(vertices)
     if not sum(map(len, faces)):
