@@ -133,7 +133,7 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
     join = _make_manifold(work)
     if len(work.vertices) > _HUGE * vertices and len(work.faces) > 4 * vertices:
         join = _decimate(work, vertices) or join
-    _refuse_needles(work, vertices)
+    _refuse_needles(work, vertices, join)
     _close(work, join)
     _face_outwards(work)
     if is_unfit(work.vertices, work.faces, vertices):
@@ -250,10 +250,12 @@ def _face_outwards(work: _Work) -> None:
         work.set(work.vertices, work.faces[:, ::-1], flipped=flipped)
 
 
-def _refuse_needles(work: _Work, target: int) -> None:
-    """Where long edges enclose next to no area, filling and remeshing would make millions of triangles."""
+def _refuse_needles(work: _Work, target: int, join: bool = False) -> None:
+    """Where long edges, or bridges to join patches, enclose next to no area, millions of triangles would be made."""
     ends = work.vertices[edges(work.faces).ends]
     length = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
+    if join:
+        length += face_components(work.faces)[0] * float(np.ptp(work.vertices, axis=0).max())
     wanted = _prep.edge_length(work.vertices, work.faces, target)
     if length > _THIN * target * wanted:
         raise MeshError(f"{work.name}: the surface is mostly needles, too thin for {target} vertices; thicken it first")
@@ -264,8 +266,10 @@ def _remesh(work: _Work, target: int) -> None:
     _refuse_needles(work, target)
     vertices, faces = _prep.remesh(work.vertices, work.faces, target)
     work.set(vertices, faces, remeshed=(before, len(vertices)))
-    whole = np.isfinite(vertices).all() and signed_volume(vertices, faces) > 0
-    if not whole or not work.closed or not work.single:
+    lengths = np.linalg.norm(vertices[faces] - vertices[faces[:, [1, 2, 0]]], axis=2)
+    if not (np.isfinite(vertices).all() and lengths.min() > 0 and signed_volume(vertices, faces) > 0):
+        raise MeshError(f"{work.name}: its surface is too tangled to be remeshed; repair it in a mesh editor first")
+    if not not work.closed or not work.single:
         raise MeshError(f"{work.name}: remeshing to {target} vertices broke the surface; ask for more vertices")
 
 

@@ -106,12 +106,14 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
     Deterministic, and independent of the mesh's unit.
 
     Raises:
-        MeshError: the mesh cannot be made into one closed surface.
+        MeshError: the mesh cannot be made into one closed surface, or its triangles are too thin.
         ImportError: cleaning needs a library of the extra `prep`; the message has the line that installs it.
     """
     mesh, report = clean(mesh, vertices=extraction.vertices)
     distances = distances_on(mesh, extraction.field)
     features = feature_points(mesh, distances, extraction.epsilon, extraction.least)
+    if not 0 < features.diameter < np.inf:
+        raise MeshError(f"{mesh.name or 'mesh'}: its triangles are too thin for distances along the surface")
     parts = parts_around(mesh, distances, features, extraction, report.messages)
     for name in ("curves", "lengths", "fronts", "centres", "areas", "points", "between"):
         if not np.isfinite(getattr(parts, name)).all():
