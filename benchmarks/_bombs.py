@@ -134,10 +134,14 @@ _BOMBS: dict[str, list[Callable[[], Content]]] = {
         lambda: _ply(b"element vertex 3\n" + _numbered("property float a{}\n", 10_000), _TRIANGLE),
         lambda: _ply(b"element vertex 3\n" + _numbered("property list int int a{}\n", 10_000), _TRIANGLE),
         lambda: _ply(_points(3) + b"element face 1\nproperty list int int vertex_index\n", _TRIANGLE + b"2e9 0 1 2\n"),
-        lambda: _ply(_points(3) + b"element face 1\nproperty list int int vertex_index\n", _TRIANGLE + b"3" + b" 1" * 99_999),
+        lambda: _ply(
+            _points(3) + b"element face 1\nproperty list int int vertex_index\n", _TRIANGLE + b"3" + b" 1" * 99_999
+        ),
         lambda: _ply(b"comment x\n" * 50_000),
         lambda: b"ply\n" + b"a" * 500_000,
-        lambda: _ply(_points(3) + b"element edge 3\nproperty int vertex1\nproperty int vertex2\n", _TRIANGLE + b"0 1\n1 2\n2 0\n"),
+        lambda: _ply(
+            _points(3) + b"element edge 3\nproperty int vertex1\nproperty int vertex2\n", _TRIANGLE + b"0 1\n1 2\n2 0\n"
+        ),
         lambda: _ply(_points(20_000) + b"element face 9\n", b"0 0 0\n" * 20_009),
     ],
     "stl_ascii": [
@@ -190,7 +194,9 @@ def _wide(encoding: str) -> list[Callable[[], Content]]:
         lambda: make(b"element vertex 3\n" + _numbered("property list int int a{}\n", 8_000), b"\0" * 99_999),
         lambda: make(b"element vertex 3\n" + _numbered("property float a{}\n", 8_000), b"\0" * 96_000),
         lambda: make(_numbered("element a{} 0\nproperty float x\n", 8_000)),
-        lambda: make(_points(3) + b"element face -12\nproperty uchar x\nelement face2 12\nproperty uchar x\n", b"\0" * 36),
+        lambda: make(
+            _points(3) + b"element face -12\nproperty uchar x\nelement face2 12\nproperty uchar x\n", b"\0" * 36
+        ),
         lambda: make(_points(0) + b"element face 1\nproperty list int double vertex_indices\n", b"\x7f" * 400),
         lambda: ply(meshes()[2], encoding).replace(b"face 320", b"face 320000000000000000000000"),
     ]

@@ -48,7 +48,9 @@ def _spiked(vertices: np.ndarray, faces: np.ndarray, random: Random) -> tuple[np
 
 
 def _merged(vertices: np.ndarray, faces: np.ndarray, random: Random) -> tuple[np.ndarray, np.ndarray]:
-    vertices[_some(len(vertices), random)] = vertices[random.integers(len(vertices))] + random.choice([0.0, 1e-17, 1e-9])
+    vertices[_some(len(vertices), random)] = vertices[random.integers(len(vertices))] + random.choice(
+        [0.0, 1e-17, 1e-9]
+    )
     return vertices, faces
 
 
@@ -97,6 +99,20 @@ def _pinched(vertices: np.ndarray, faces: np.ndarray, random: Random) -> tuple[n
 
 
 _CHANGES = (
-    *(_scaled, _moved, _squeezed, _spiked, _merged, _rounded, _shaken, _torn, _doubled, _turned, _tangled, _soup, _copied),
+    *(
+        _scaled,
+        _moved,
+        _squeezed,
+        _spiked,
+        _merged,
+        _rounded,
+        _shaken,
+        _torn,
+        _doubled,
+        _turned,
+        _tangled,
+        _soup,
+        _copied,
+    ),
     _pinched,
 )

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 from _mutations import hostile
-from _seeds import FORMATS, SETTINGS, Content, seed_content, suffix_of
+from _seeds import FORMATS, SETTINGS, WRITERS, Content, meshes, seed_content, suffix_of
 
 from curvematch_jax import Parts, extract_parts, load_matrix, load_mesh, load_parts
 from curvematch_jax.retrieval import SavedMatrix
@@ -33,8 +33,28 @@ _SYSTEM = tuple(
     {os.path.realpath(path) for path in (sys.prefix, sys.base_prefix, *sysconfig.get_paths().values())}
     | {"/proc", "/sys", "/dev/urandom", "/dev/null", "/usr", "/lib", "/lib64", str(Path(__file__).parents[1])}
 )
-_FORBIDDEN = ("socket.", "subprocess.", "os.system", "os.exec", "os.posix_spawn", "os.fork", "pickle.", "urllib.", "ftplib.")
-_PLACES = ("os.listdir", "os.scandir", "os.mkdir", "os.remove", "os.rmdir", "os.rename", "os.link", "os.symlink", "os.chmod")
+_FORBIDDEN = (
+    "socket.",
+    "subprocess.",
+    "os.system",
+    "os.exec",
+    "os.posix_spawn",
+    "os.fork",
+    "pickle.",
+    "urllib.",
+    "ftplib.",
+)
+_PLACES = (
+    "os.listdir",
+    "os.scandir",
+    "os.mkdir",
+    "os.remove",
+    "os.rmdir",
+    "os.rename",
+    "os.link",
+    "os.symlink",
+    "os.chmod",
+)
 _PLACES += ("os.truncate", "os.utime", "shutil.", "glob.", "tempfile.mk")
 _OURS = (MeshError, ValueError, FileNotFoundError, ImportError)
 
@@ -123,7 +143,7 @@ class _Bench:
         for kept, descriptor in zip(self.output, (1, 2), strict=True):
             os.dup2(kept, descriptor)
         for kind in FORMATS:  # Modules are loaded, and threads started, before anything is watched.
-            content = seed_content(kind, np.random.default_rng(2))
+            content = WRITERS[kind][1](meshes()[2]) if kind in WRITERS else seed_content(kind, np.random.default_rng(0))
             path = _written(content, self.folder / f"warm-{kind}.{suffix_of(kind)}")
             _read(kind, path, {})
         self.watch = _Watch()
@@ -245,7 +265,9 @@ def _faults_in(result: Any) -> list[tuple[str, str]]:
         "points": (points, 3),
         "between": (points, points),
     }
-    faults = [("unsound", f"{n} {getattr(result, n).shape}") for n, s in shapes.items() if getattr(result, n).shape != s]
+    faults = [
+        ("unsound", f"{n} {getattr(result, n).shape}") for n, s in shapes.items() if getattr(result, n).shape != s
+    ]
     faults += [("unsound", f"{n} is not finite") for n in shapes if not np.isfinite(getattr(result, n)).all()]
     if not (np.isfinite(result.area) and np.isfinite(result.diameter) and result.area > 0 and result.diameter > 0):
         faults.append(("unsound", f"area {result.area}, diameter {result.diameter}"))

@@ -20,34 +20,132 @@ T = TypeVar("T")
 NASTY_WORDS = (
     *("nan", "inf", "-inf", "1e308", "-1e308", "1e-320", "1e38", "1e999", "0", "-0", "-1", "1", "2", "3", "4", "255"),
     *("256", "65536", "2147483647", "2147483648", "-2147483648", "4294967295", "4294967296", "9223372036854775807"),
-    *("9223372036854775808", "1e9", "0x10", "1_000", "١", "²", "", "x", "1/2/3", "1//", "//", "9" * 5000, "1" + "0" * 400),
+    *(
+        "9223372036854775808",
+        "1e9",
+        "0x10",
+        "1_000",
+        "١",
+        "²",
+        "",
+        "x",
+        "1/2/3",
+        "1//",
+        "//",
+        "9" * 5000,
+        "1" + "0" * 400,
+    ),
     *("é", "\x00", "\x1b[31m", "../../etc/passwd", "3 0 1 2", "0.1", "1.5", "-2"),
 )
 OUTSIDE = (
-    *("../../../../etc/passwd", "/etc/passwd", "file:///etc/passwd", "http://127.0.0.1:9/x.bin", "\\\\server\\share\\x"),
-    *("data:application/octet-stream;base64,AAAA", "data:;base64,@@@", "data:,abc", "base64,AAAA", "~/.ssh/id_rsa", "%2e%2e/x"),
+    *(
+        "../../../../etc/passwd",
+        "/etc/passwd",
+        "file:///etc/passwd",
+        "http://127.0.0.1:9/x.bin",
+        "\\\\server\\share\\x",
+    ),
+    *(
+        "data:application/octet-stream;base64,AAAA",
+        "data:;base64,@@@",
+        "data:,abc",
+        "base64,AAAA",
+        "~/.ssh/id_rsa",
+        "%2e%2e/x",
+    ),
 )
 NASTY_VALUES: tuple[Any, ...] = (
     *(None, True, False, 0, 1, -1, 2, 3, 7, 255, 2**31 - 1, 2**31, 2**32, 2**40, 2**63, -(2**31), 10**30, 0.5, 1e308),
-    *(-1e308, 1e-320, float("nan"), float("inf"), "", "x", "0", "é\n", "VEC3", "SCALAR", "MAT4", 5120, 5121, 5123, 5125, 5126),
+    *(
+        -1e308,
+        1e-320,
+        float("nan"),
+        float("inf"),
+        "",
+        "x",
+        "0",
+        "é\n",
+        "VEC3",
+        "SCALAR",
+        "MAT4",
+        5120,
+        5121,
+        5123,
+        5125,
+        5126,
+    ),
     *([], {}, [0], [0] * 17, [[[]]], {"0": 0}, *OUTSIDE),
 )
 LINES = {
     "obj": (
         *(f"mtllib {place}" for place in OUTSIDE),
         *("usemtl paint", "call ../../x.obj", "maplib ../x", "o a", "g a b", "s 1", "f", "f 1", "f 1 2", "f 1 2 3 4 5"),
-        *("f -1 -2 -3", "f 0 0 0", "f 1//1 2//1 3//9999999999", "f 1/99999999 2/1 3/1", "v 1 2", "v 1 2 3 4 5 6 7", "v nan 0 0"),
-        *("f 1 2 3 \\", "curv 0 1 1 2", "l 1 2", "p 1", "vt", "vn nan nan nan", "v 1,5 2 3", "f 1 2 99999999999999999999"),
+        *(
+            "f -1 -2 -3",
+            "f 0 0 0",
+            "f 1//1 2//1 3//9999999999",
+            "f 1/99999999 2/1 3/1",
+            "v 1 2",
+            "v 1 2 3 4 5 6 7",
+            "v nan 0 0",
+        ),
+        *(
+            "f 1 2 3 \\",
+            "curv 0 1 1 2",
+            "l 1 2",
+            "p 1",
+            "vt",
+            "vn nan nan nan",
+            "v 1,5 2 3",
+            "f 1 2 99999999999999999999",
+        ),
     ),
     "ply": (
         *(f"comment TextureFile {place}" for place in OUTSIDE),
         *("element face 4000000000", "element vertex 4000000000", "element vertex -1", "element edge 4", "element x 1"),
-        *("property list uchar int vertex_indices", "property list double double vertex_indices", "property list int int x"),
-        *("property float x", "property double nan", "property void x", "property", "element", "obj_info x", "end_header"),
-        *("format binary_big_endian 1.0", "format ascii 1.0", "property list uint uint vertex_index", "property uchar red"),
+        *(
+            "property list uchar int vertex_indices",
+            "property list double double vertex_indices",
+            "property list int int x",
+        ),
+        *(
+            "property float x",
+            "property double nan",
+            "property void x",
+            "property",
+            "element",
+            "obj_info x",
+            "end_header",
+        ),
+        *(
+            "format binary_big_endian 1.0",
+            "format ascii 1.0",
+            "property list uint uint vertex_index",
+            "property uchar red",
+        ),
     ),
-    "stl": ("solid", "endsolid", "vertex", "vertex 1 2", "facet normal nan nan nan", "solid a solid b", "endsolid endsolid"),
-    "off": ("OFF", "4 4 4", "3 0 1 2", "2 0 1", "5 0 1 2 3 4", "# x", "BINARY", "0 0 0", "-3 0 1 2", "3 0 1 2 255 0 0", "1 0"),
+    "stl": (
+        "solid",
+        "endsolid",
+        "vertex",
+        "vertex 1 2",
+        "facet normal nan nan nan",
+        "solid a solid b",
+        "endsolid endsolid",
+    ),
+    "off": (
+        "OFF",
+        "4 4 4",
+        "3 0 1 2",
+        "2 0 1",
+        "5 0 1 2 3 4",
+        "# x",
+        "BINARY",
+        "0 0 0",
+        "-3 0 1 2",
+        "3 0 1 2 255 0 0",
+        "1 0",
+    ),
 }
 
 
@@ -101,7 +199,11 @@ def _bytes(data: bytes, suffix: str, random: Random) -> bytes:
     if way == 4:
         return data[b:] + data[a:b] + data[:a]
     if way == 5:
-        return data[:a] + _choice((b"\0", b"\xff\xfe", b"\xef\xbb\xbf", b"\r", b"\x1c", b"\xe2\x80\xa8"), random) + data[a:]
+        return (
+            data[:a]
+            + _choice((b"\0", b"\xff\xfe", b"\xef\xbb\xbf", b"\r", b"\x1c", b"\xe2\x80\xa8"), random)
+            + data[a:]
+        )
     if way == 6:
         return data.replace(b"\n", _choice((b"\r\n", b"\r", b"\n\n", b" \n", b"\\\n"), random))
     if way == 7:

@@ -64,11 +64,15 @@ def _change(members: dict[str, bytes], random: np.random.Generator) -> None:
     elif way == 4:
         members["settings.npy"] = _npy(np.array(_nasty_text(members.get("settings.npy", b""), random)))
     elif way == 5:
-        members["notes.npy"] = _npy(np.array(("[1]", "{}", '["a', "[" * 100_000, '"x"', "[[]]", "null")[random.integers(7)]))
+        members["notes.npy"] = _npy(
+            np.array(("[1]", "{}", '["a', "[" * 100_000, '"x"', "[[]]", "null")[random.integers(7)])
+        )
     elif way == 6:
         members[name] = _npy(np.array([_Caught()], dtype=object))
     else:
-        members[("../evil.npy", "/tmp/evil.npy", "x" * 60_000, "é.npy", "pickle")[random.integers(5)]] = pickle.dumps(_Caught())
+        members[("../evil.npy", "/tmp/evil.npy", "x" * 60_000, "é.npy", "pickle")[random.integers(5)]] = pickle.dumps(
+            _Caught()
+        )
 
 
 def _nasty_header(member: bytes, random: np.random.Generator) -> bytes:
@@ -94,7 +98,9 @@ def _nasty_values(member: bytes, random: np.random.Generator) -> bytes:
     way = random.integers(4)
     if way == 0:
         with np.errstate(all="ignore"):
-            values = values.astype(("<f8", "<f2", "<i8", "<c8")[random.integers(4)]) if values.dtype.kind in "fb" else values
+            values = (
+                values.astype(("<f8", "<f2", "<i8", "<c8")[random.integers(4)]) if values.dtype.kind in "fb" else values
+            )
     elif way == 1:
         values = np.concatenate([values, values]) if values.ndim else values.reshape(1)
     elif way == 2:

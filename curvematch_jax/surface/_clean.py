@@ -269,7 +269,7 @@ def _remesh(work: _Work, target: int) -> None:
     lengths = np.linalg.norm(vertices[faces] - vertices[faces[:, [1, 2, 0]]], axis=2)
     if not (np.isfinite(vertices).all() and lengths.min() > 0 and signed_volume(vertices, faces) > 0):
         raise MeshError(f"{work.name}: its surface is too tangled to be remeshed; repair it in a mesh editor first")
-    if not not work.closed or not work.single:
+    if not work.closed or not work.single:
         raise MeshError(f"{work.name}: remeshing to {target} vertices broke the surface; ask for more vertices")
 
 

@@ -9,7 +9,7 @@ import binascii
 import json
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -86,6 +86,7 @@ class _Document:
     tree: dict[str, Any]
     binary: bytes | None
     size: int  # of the file, in bytes
+    buffers: dict[int, bytes] = field(default_factory=dict)  # those that are decoded already
 
     def item(self, kind: str, index: Any) -> Any:
         """Entry `index` of a list of the document."""
@@ -94,21 +95,24 @@ class _Document:
             raise MeshError(f"malformed glTF: there is no entry {index!r:.40} in {kind}")
         return items[index]
 
+    def check_amount(self, count: int) -> None:
+        """`MeshError` when a file of this size should not make so many points and corners."""
+        if count > _PLACED + _PLACED_EACH * self.size:
+            raise MeshError("it places far more triangles than a file of its size should; join its parts first")
+
 
 def _joined(document: _Document) -> tuple[np.ndarray, np.ndarray]:
     version = str(document.tree["asset"]["version"])
     if version.partition(".")[0] != "2":
         raise MeshError(f"glTF of version {version[:20]!r} is not supported, only version 2")
     known: dict[int, list[tuple[np.ndarray, np.ndarray]]] = {}
-    points, faces, count = [], [], 0
-    left = _PLACED + _PLACED_EACH * document.size
+    points, faces, count, amount = [], [], 0, 0
     for mesh, matrix in _placed(document):
         if mesh not in known:
             known[mesh] = list(_pieces(document, mesh))
         for vertices, triangles in known[mesh]:
-            left -= len(vertices) + triangles.size
-            if left < 0:
-                raise MeshError("it places far more triangles than a file of its size should; join its parts first")
+            amount += len(vertices) + triangles.size
+            document.check_amount(amount)
             points.append(vertices @ matrix[:3, :3].T + matrix[:3, 3])
             faces.append(triangles + count)
             count += len(vertices)
@@ -156,6 +160,7 @@ def _matrix(node: dict[str, Any]) -> np.ndarray:
 
 def _pieces(document: _Document, mesh: Any) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Vertices and triangles of each primitive of a mesh that has triangles."""
+    amount = 0
     for primitive in document.item("meshes", mesh)["primitives"]:
         mode = primitive.get("mode", _TRIANGLES)
         if mode not in _MODES:
@@ -169,6 +174,8 @@ def _pieces(document: _Document, mesh: Any) -> Iterator[tuple[np.ndarray, np.nda
                 raise MeshError(f"malformed glTF: a face has a corner that is none of its mesh's {len(points)} vertices")
         else:
             corners = np.arange(len(points))
+        amount += len(points) + len(corners)
+        document.check_amount(amount)
         yield points, _triangles(corners.astype(np.int64), mode)
 
 
@@ -220,10 +227,12 @@ def _buffer(document: _Document, index: Any) -> bytes:
     head, comma, encoded = uri.partition(",")
     if not (head.startswith("data:") and head.endswith(";base64") and comma):
         raise MeshError(f"it keeps its buffer in another file, {uri[:60]!r}, which is not followed; export it as GLB")
-    try:
-        return base64.b64decode(encoded)
-    except binascii.Error:
-        raise MeshError(f"malformed glTF: buffer {index} is not base64") from None
+    if index not in document.buffers:
+        try:
+            document.buffers[index] = base64.b64decode(encoded)
+        except binascii.Error:
+            raise MeshError(f"malformed glTF: buffer {index} is not base64") from None
+    return document.buffers[index]
 
 
 def _natural(holder: dict[str, Any], name: str, default: int | None = None) -> int:
