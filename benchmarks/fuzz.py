@@ -5,10 +5,10 @@
 Small valid files in every format are broken in a few places (`_mutations.py`), or are made to be small on disk and
 large once read (`_bombs.py`). Worker processes read them as users do (`_judge.py`): mesh files by `load_mesh` and, when
 that succeeds, `extract_parts`; parts files by `load_parts`; matrices by `load_matrix`. A file is refused by a
-`ValueError` (`MeshError`), `FileNotFoundError` or `ImportError` whose message is one line that names the file. Anything else is
-a violation, and so is: the death of the worker; more than 10 seconds of its processor, or 30 on the clock; more than
-1 GiB of memory; opening, listing or changing any file but the given one; a socket, a process, unpickling; a warning; a
-word on stdout or stderr; a result that is not finite or has wrong shapes. Linux only.
+`ValueError` (`MeshError`), `FileNotFoundError` or `ImportError` whose message is one line that names the file.
+Anything else is a violation, and so is: the death of the worker; more than 10 seconds of its processor, or 30 on the
+clock; more than 1 GiB of memory; opening, listing or changing any file but the given one; a socket, a process,
+unpickling; a warning; a word on stdout or stderr; a result that is not finite or has wrong shapes. Linux only.
 """
 
 from __future__ import annotations

@@ -122,7 +122,7 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
 
     Raises:
         MeshError: nothing usable is left, or the surface cannot be closed, has one side only, encloses nothing or is
-            mostly needles; or its width is below 1e-15 or above 1e15, or less than 1e-8 of its distance from the origin.
+            mostly needles; or its width is below 1e-15, above 1e15, or less than 1e-8 of its distance from the origin.
         ImportError: closing, decimating or remeshing is needed and the extra `prep` is not installed.
     """
     work = _Work(mesh)
@@ -144,7 +144,7 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
 
 
 def _width(mesh: Mesh) -> float:
-    """Of the box around all faces; `MeshError` where squares would overflow, or coordinates can't tell vertices apart."""
+    """Of the box around all faces; `MeshError` where squares overflow, or rounding would not tell vertices apart."""
     used = mesh.vertices[np.unique(mesh.faces)]
     with np.errstate(over="ignore"):
         width = float(np.ptp(used, axis=0).max())

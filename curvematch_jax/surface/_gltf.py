@@ -171,7 +171,7 @@ def _pieces(document: _Document, mesh: Any) -> Iterator[tuple[np.ndarray, np.nda
         if "indices" in primitive:
             corners = _accessor(document, primitive["indices"], 1).ravel()
             if corners.dtype.kind != "u" or (len(corners) and corners.max() >= len(points)):
-                raise MeshError(f"malformed glTF: a face has a corner that is none of its mesh's {len(points)} vertices")
+                raise MeshError(f"malformed glTF: a face names none of its mesh's {len(points)} vertices")
         else:
             corners = np.arange(len(points))
         amount += len(points) + len(corners)

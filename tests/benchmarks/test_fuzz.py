@@ -39,7 +39,7 @@ def test_the_watch_sees_what_a_reader_must_not_do(tmp_path):
         (tmp_path / "given.off").write_text("OFF")
         (tmp_path / "given.off").read_text()
         with pytest.raises(OSError, match="No such file"):
-            open("/etc/no-such-file")
+            Path("/etc/no-such-file").read_text()
     finally:
         watch.folder = None
     kinds = [(kind, detail.split()[0]) for kind, detail in watch.found]
