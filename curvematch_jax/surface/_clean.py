@@ -32,6 +32,7 @@ _LONGEST = 0.2  # of the square root of the area: edges that are too long for le
 _LEAST_WIDTH, _MOST_WIDTH = 1e-15, 1e15  # in mesh units: squares and their inverses are float32 numbers
 _FARTHEST = 1e8  # widths from the origin: beyond, rounding shows
 _THIN = 100  # times the wanted vertices: edges of the wanted length, end to end, in a surface that is mostly needles
+_SWOLLEN = 10  # times the wanted vertices: what remeshing has made of a surface of needles
 _JOINABLE = 2e9  # patches times squared border edges: about ten seconds of joining
 _FILLABLE = 6e7  # squared border edges of each hole: about ten seconds of filling
 
@@ -265,6 +266,8 @@ def _remesh(work: _Work, target: int) -> None:
     before = len(work.vertices)
     _refuse_needles(work, target)
     vertices, faces = _prep.remesh(work.vertices, work.faces, target)
+    if len(vertices) > _SWOLLEN * target:
+        raise MeshError(f"{work.name}: the surface is mostly needles, too thin for {target} vertices; thicken it first")
     work.set(vertices, faces, remeshed=(before, len(vertices)))
     lengths = np.linalg.norm(vertices[faces] - vertices[faces[:, [1, 2, 0]]], axis=2)
     if not (np.isfinite(vertices).all() and lengths.min() > 0 and signed_volume(vertices, faces) > 0):
