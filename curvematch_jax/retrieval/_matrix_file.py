@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
+import warnings
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -19,6 +21,9 @@ MATRIX_FORMAT = 2
 
 # Blocks that the rate is taken from: the last ones, so that a stop a week ago does not count.
 _RECENT = 50
+# What attributes there are, and of which kind; lists are of texts.
+_KINDS: dict[str, type] = {"names": list, "settings": dict, "notes": list, "complete": bool}
+_LARGEST_CHUNK = 1 << 24
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -83,7 +88,8 @@ def save_matrix(saved: SavedMatrix, path: str | os.PathLike[str]) -> None:
     }
     with writing(path), replacing(path) as temporary:
         group = zarr.open_group(temporary, mode="w", attributes=attributes)
-        group.create_array("dissimilarity", data=np.ascontiguousarray(saved.dissimilarity))
+        values = np.ascontiguousarray(saved.dissimilarity, np.float64)
+        group.create_array("dissimilarity", data=values, fill_value=np.nan)
 
 
 def load_matrix(path: str | os.PathLike[str]) -> SavedMatrix:
@@ -103,13 +109,24 @@ def load_matrix(path: str | os.PathLike[str]) -> SavedMatrix:
             f"{path}: not finished, {status.done} of {status.done + status.left} blocks are there: "
             "give the command that made it again"
         )
-    try:
-        values = np.asarray(zarr.open_group(path, mode="r")["dissimilarity"])
-    except Exception as error:  # zarr's stores and codecs raise what they like
-        raise ValueError(f"{path}: the matrix is damaged: {error}") from error
     names = tuple(attributes["names"])
-    if values.shape != (len(names), len(names)):
-        raise ValueError(f"{path}: the matrix is damaged: {len(names)} names, values of shape {values.shape}")
+    try:
+        array: Any = zarr.open_group(path, mode="r")["dissimilarity"]
+        shape, kind = tuple(array.shape), np.dtype(array.dtype).kind
+        lacking = array.nchunks - array.nchunks_initialized
+    except Exception as error:  # zarr's stores and codecs raise what they like
+        raise ValueError(f"{path}: the matrix is damaged ({type(error).__name__})") from error
+    # Before anything is read: a few bytes can claim to be any number of values.
+    if shape != (len(names), len(names)) or kind != "f":
+        raise ValueError(f"{path}: the matrix is damaged: {len(names)} names, values of shape {shape} and kind {kind}")
+    if lacking or math.prod(array.chunks) > _LARGEST_CHUNK:
+        raise ValueError(f"{path}: the matrix is damaged: it lacks {lacking} chunks of {array.chunks} values")
+    try:
+        values = np.asarray(array)
+    except Exception as error:
+        raise ValueError(f"{path}: the matrix is damaged ({type(error).__name__})") from error
+    if not np.isfinite(values).all():
+        raise ValueError(f"{path}: the matrix is damaged: it holds values that are not finite")
     return SavedMatrix(values, names, attributes["settings"], tuple(attributes["notes"]))
 
 
@@ -169,7 +186,9 @@ def matrix_attributes(path: Path) -> dict[str, Any]:
     if not path.exists():
         raise FileNotFoundError(f"{path}: no such matrix")
     try:
-        attributes: dict[str, Any] = dict(zarr.open_group(path, mode="r").attrs)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # About files that are not zarr's.
+            attributes: dict[str, Any] = dict(zarr.open_group(path, mode="r").attrs)
     except Exception as error:  # zarr's stores raise what they like
         raise ValueError(f"{path}: not a curvematch matrix ({type(error).__name__})") from error
     if "curvematch_matrix" not in attributes:
@@ -179,9 +198,14 @@ def matrix_attributes(path: Path) -> dict[str, Any]:
             f"{path}: a matrix of format {attributes['curvematch_matrix']}, and this version reads {MATRIX_FORMAT}: "
             "make it again"
         )
-    missing = {"names", "settings", "notes", "complete"} - attributes.keys()
+    missing = _KINDS.keys() - attributes.keys()
     if missing:
         raise ValueError(f"{path}: not a whole curvematch matrix: it lacks {', '.join(sorted(missing))}")
+    for name, kind in _KINDS.items():
+        value = attributes[name]
+        texts = value if kind is list else []
+        if not isinstance(value, kind) or not all(isinstance(each, str) for each in texts):
+            raise ValueError(f"{path}: the matrix is damaged: its {name} are something else")
     return attributes
 
 

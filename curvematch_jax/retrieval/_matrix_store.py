@@ -221,7 +221,9 @@ def _create(path: Path, objects: Sequence[Described], settings: Mapping[str, obj
         group.create_array(
             "distances", shape=(count, room, count), chunks=(BLOCK, room, BLOCK), dtype="float32", fill_value=np.nan
         )
-        group.create_array("dissimilarity", shape=(count, count), chunks=(BLOCK, _COLUMNS), dtype="float64")
+        group.create_array(
+            "dissimilarity", shape=(count, count), chunks=(BLOCK, _COLUMNS), dtype="float64", fill_value=np.nan
+        )
 
 
 def _attributes(known: Mapping[str, Any], added: Sequence[Described]) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Make any triangle soup one closed, oriented, regular surface, and say what was changed."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,6 +29,12 @@ _HUGE = 5  # times the wanted vertices: what is decimated, to twice the wanted v
 _FEWEST, _MOST = 0.2, 1.7  # times the wanted vertices: what is not remeshed
 _NEEDLES = 0.1  # 5th percentile of the triangles' quality: what is remeshed. Graded meshes have 0.2, remeshed ones 0.8
 _LONGEST = 0.2  # of the square root of the area: edges that are too long for level curves
+_LEAST_WIDTH, _MOST_WIDTH = 1e-15, 1e15  # in mesh units: squares and their inverses are float32 numbers
+_FARTHEST = 1e8  # widths from the origin: beyond, rounding shows
+_THIN = 100  # times the wanted vertices: edges of the wanted length, end to end, in a surface that is mostly needles
+_SWOLLEN = 10  # times the wanted vertices: what remeshing has made of a surface of needles
+_JOINABLE = 2e9  # patches times squared border edges: about ten seconds of joining
+_FILLABLE = 6e7  # squared border edges of each hole: about ten seconds of filling
 
 
 @dataclass(frozen=True)
@@ -68,10 +75,16 @@ class CleanReport:
 
 
 class _Work:
-    """The arrays on their way through the steps, and the report that grows with them."""
+    """The arrays on their way through the steps, and the report that grows with them.
+
+    Vertices are in units of a power of two, one to two to the width: what libraries hold for small or equal does not
+    depend on the mesh's unit then, and nothing is rounded.
+    """
 
     def __init__(self, mesh: Mesh):
-        self.vertices, self.faces, self.name = mesh.vertices, mesh.faces, mesh.name or "mesh"
+        self.name = mesh.name or "mesh"
+        self.unit = 2.0 ** math.floor(math.log2(_width(mesh)))
+        self.vertices, self.faces = mesh.vertices / self.unit, mesh.faces
         self.report = CleanReport()
 
     def set(self, vertices: np.ndarray, faces: np.ndarray, **changes: Any) -> None:
@@ -109,7 +122,8 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
         the mesh, and the report of what was changed.
 
     Raises:
-        MeshError: nothing usable is left, or the surface cannot be closed, has one side only, or encloses nothing.
+        MeshError: nothing usable is left, or the surface cannot be closed, has one side only, encloses nothing or is
+            mostly needles; or its width is below 1e-15, above 1e15, or less than 1e-8 of its distance from the origin.
         ImportError: closing, decimating or remeshing is needed and the extra `prep` is not installed.
     """
     work = _Work(mesh)
@@ -118,15 +132,30 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
     if not work.closed:
         _weld(work)
     join = _make_manifold(work)
-    if len(work.vertices) > _HUGE * vertices:
+    if len(work.vertices) > _HUGE * vertices and len(work.faces) > 4 * vertices:
         join = _decimate(work, vertices) or join
+    _refuse_needles(work, vertices, join)
     _close(work, join)
     _face_outwards(work)
     if is_unfit(work.vertices, work.faces, vertices):
         _remesh(work, vertices)
     if work.report == CleanReport():
         return mesh, work.report
-    return Mesh(work.vertices, work.faces, mesh.name), work.report
+    return Mesh(work.vertices * work.unit, work.faces, mesh.name), work.report
+
+
+def _width(mesh: Mesh) -> float:
+    """Of the box around all faces; `MeshError` where squares overflow, or rounding would not tell vertices apart."""
+    used = mesh.vertices[np.unique(mesh.faces)]
+    with np.errstate(over="ignore"):
+        width = float(np.ptp(used, axis=0).max())
+    label = mesh.name or "mesh"
+    if not _LEAST_WIDTH <= width <= _MOST_WIDTH:
+        raise MeshError(f"{label}: it is {width:.3g} units wide; scale it to between {_LEAST_WIDTH} and {_MOST_WIDTH}")
+    far = float(np.abs(used).max())
+    if far > _FARTHEST * width:
+        raise MeshError(f"{label}: it is {width:.3g} wide and {far:.3g} from the origin, too far for its size; move it")
+    return width
 
 
 def _weld(work: _Work) -> None:
@@ -134,7 +163,7 @@ def _weld(work: _Work) -> None:
     vertices, faces, welded = weld(work.vertices, work.faces)
     table = edges(faces)
     border = np.unique(table.ends[table.count == 1])
-    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    size = float(np.linalg.norm(np.ptp(vertices[np.unique(faces)], axis=0)))
     if len(border):
         close = border[KDTree(vertices[border]).query_pairs(_STITCH * size, output_type="ndarray")]
         number, group = label_components(len(vertices), close)
@@ -203,9 +232,11 @@ def _close(work: _Work, join: bool) -> None:
         return
     table = edges(work.faces)
     border = table.ends[table.count == 1]
-    inner_vertices = len(work.vertices) - len(np.unique(border))
-    holes = label_components(len(work.vertices), border)[0] - inner_vertices
-    patches = face_components(work.faces)[0] if join else 0
+    _, label = label_components(len(work.vertices), border)
+    sizes = np.unique(label[border[:, 0]], return_counts=True)[1].astype(float)
+    holes, patches = len(sizes), face_components(work.faces)[0] if join else 0
+    if patches * len(border) ** 2 > _JOINABLE or (sizes**2).sum() > _FILLABLE:
+        raise MeshError(f"{work.name}: {holes} holes with {len(border)} border edges are too many to close")
     work.set(*_prep.close(work.vertices, work.faces, join), closed_holes=holes, joined_patches=patches)
     if not work.closed or not work.single:
         raise MeshError(f"{work.name}: its {holes} holes could not be closed; repair it in a mesh editor first")
@@ -220,10 +251,27 @@ def _face_outwards(work: _Work) -> None:
         work.set(work.vertices, work.faces[:, ::-1], flipped=flipped)
 
 
+def _refuse_needles(work: _Work, target: int, join: bool = False) -> None:
+    """Where long edges, or bridges to join patches, enclose next to no area, millions of triangles would be made."""
+    ends = work.vertices[edges(work.faces).ends]
+    length = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
+    if join:
+        length += face_components(work.faces)[0] * float(np.ptp(work.vertices, axis=0).max())
+    wanted = _prep.edge_length(work.vertices, work.faces, target)
+    if length > _THIN * target * wanted:
+        raise MeshError(f"{work.name}: the surface is mostly needles, too thin for {target} vertices; thicken it first")
+
+
 def _remesh(work: _Work, target: int) -> None:
     before = len(work.vertices)
+    _refuse_needles(work, target)
     vertices, faces = _prep.remesh(work.vertices, work.faces, target)
+    if len(vertices) > _SWOLLEN * target:
+        raise MeshError(f"{work.name}: the surface is mostly needles, too thin for {target} vertices; thicken it first")
     work.set(vertices, faces, remeshed=(before, len(vertices)))
+    lengths = np.linalg.norm(vertices[faces] - vertices[faces[:, [1, 2, 0]]], axis=2)
+    if not (np.isfinite(vertices).all() and lengths.min() > 0 and signed_volume(vertices, faces) > 0):
+        raise MeshError(f"{work.name}: its surface is too tangled to be remeshed; repair it in a mesh editor first")
     if not work.closed or not work.single:
         raise MeshError(f"{work.name}: remeshing to {target} vertices broke the surface; ask for more vertices")
 

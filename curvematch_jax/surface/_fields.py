@@ -1,13 +1,13 @@
 """Distance along the surface from one vertex to all others."""
 
 from collections.abc import Callable
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import dijkstra
 
-from ._mesh import Mesh
+from ._mesh import Mesh, MeshError
 from ._spectral import SpectralDistances, SpectralField
 from ._topology import edges, face_areas
 
@@ -68,19 +68,13 @@ class Geodesics:
     """
 
     def __init__(self, mesh: Mesh, field: GeodesicField = "heat"):
-        import potpourri3d
-
         self._mesh = mesh
         self._graph = _edge_graph(mesh)
         self._unit = float(self._graph.data.mean())
         self._used, faces = np.unique(mesh.faces, return_inverse=True)  # the solvers refuse vertices without faces
         scaled = (mesh.vertices[self._used] - mesh.vertices[self._used].mean(axis=0)) / self._unit
         faces = faces.reshape(mesh.faces.shape)
-        self._marching = potpourri3d.MeshFastMarchingDistanceSolver(scaled, faces)
-        self._heat = None
-        if field == "heat":
-            time = max(1.0, _SMOOTHING**2 * float(face_areas(scaled, faces).sum()))  # in squared mean edges
-            self._heat = potpourri3d.MeshHeatMethodDistanceSolver(scaled, faces, t_coef=time)
+        self._marching, self._heat = _solvers(scaled, faces, field, mesh.name or "mesh")
         self._known: dict[int, np.ndarray] = {}
 
     def __call__(self, source: int) -> np.ndarray:
@@ -110,6 +104,20 @@ class Geodesics:
             if _plausible(distance, along_edges, self._unit):
                 return distance
         return self._marching.compute_distance([[(source, [])]]).ravel() * self._unit
+
+
+def _solvers(vertices: np.ndarray, faces: np.ndarray, field: GeodesicField, name: str) -> tuple[Any, Any]:
+    """The solver by fast marching, and the one by heat if that is the method."""
+    import potpourri3d
+
+    time = max(1.0, _SMOOTHING**2 * float(face_areas(vertices, faces).sum()))  # in squared mean edges
+    try:
+        marching = potpourri3d.MeshFastMarchingDistanceSolver(vertices, faces)
+        heat = potpourri3d.MeshHeatMethodDistanceSolver(vertices, faces, t_coef=time) if field == "heat" else None
+    except RuntimeError as error:
+        reason = " ".join(str(error).split())[:120]
+        raise MeshError(f"{name}: its triangles are too thin for distances along the surface ({reason})") from None
+    return marching, heat
 
 
 def _edge_graph(mesh: Mesh) -> sp.csr_matrix:

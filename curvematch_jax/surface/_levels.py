@@ -87,7 +87,7 @@ def front_lengths(mesh: Mesh, function: np.ndarray, values: np.ndarray) -> np.nd
     corners = mesh.vertices[np.take_along_axis(mesh.faces, order, axis=1)]
     low, middle, high = np.take_along_axis(function[mesh.faces], order, axis=1).T[..., None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        along = (middle - low) / (high - low)
+        along = np.where(high > low, (middle - low) / (high - low), 0.0)  # a level face is crossed nowhere
         rising, falling = (values - low) / (middle - low), (high - values) / (high - middle)
     across = corners[:, 0] + along * (corners[:, 2] - corners[:, 0]) - corners[:, 1]
     share = np.where(values <= middle, rising, falling)

@@ -1,21 +1,23 @@
 """Mesh files in, `Mesh` out."""
 
-import io
-import logging
-import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from ._mesh import Mesh, MeshError, MeshIndexError
+from ._foreign import parse_ply, parse_stl
+from ._gltf import parse_glb, parse_gltf
+from ._mesh import Mesh, MeshError
+from ._obj import parse_obj
 from ._off import parse_off
 from ._topology import weld
 
 
 def load_mesh(path: str | Path, name: str | None = None) -> Mesh:
-    """Read a mesh file: OFF, OBJ, PLY, STL, GLB and whatever else trimesh reads.
+    """Read a mesh file: OFF, OBJ, PLY, STL, GLB or glTF.
 
-    Only the file itself is opened: materials, textures and buffers that it names are not followed.
+    Only the file itself is opened: materials, textures and buffers that it names are not followed. What is allocated is
+    bounded by the size of the file, whatever it announces.
     Vertices that coincide exactly (one copy per corner normal, STL) are welded; nothing else is repaired,
     which is the work of `clean`.
 
@@ -49,37 +51,24 @@ def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
     if not data.strip():
         raise MeshError("the file is empty")
     suffix = path.suffix.lower().lstrip(".")
-    if suffix == "off":
-        return parse_off(data.decode("utf-8", errors="replace"))
-    return _read_with_trimesh(data, suffix)
-
-
-def _read_with_trimesh(data: bytes, suffix: str) -> tuple[np.ndarray, np.ndarray]:
-    import trimesh
-    from trimesh.exchange.load import mesh_loaders
-
-    if suffix not in mesh_loaders:
-        known = ", ".join(sorted(mesh_loaders))
+    if suffix not in _PARSERS:
+        known = ", ".join(sorted(_PARSERS))
         raise MeshError(f"the suffix {'.' + suffix if suffix else '(none)'} names no mesh format; known are {known}")
-    log = logging.getLogger("trimesh")
-    level = log.level
-    log.setLevel(logging.CRITICAL)  # what it logs about broken files comes back as the exception below
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            # A stream without a name leaves trimesh no folder in which to look for materials or buffers.
-            scene = trimesh.load_scene(io.BytesIO(data), file_type=suffix, process=False, skip_materials=True)
-            mesh = scene.to_mesh()
-    except Exception as error:  # the parsers raise whatever their input provokes, KeyError to struct.error
-        kind = MeshIndexError if isinstance(error, IndexError) else MeshError
-        raise kind(f"not a readable {suffix.upper()} file ({_one_line(error)})") from None
-    finally:
-        log.setLevel(level)
-    if not len(mesh.faces):
-        raise MeshError(f"no faces in this {suffix.upper()} file: it holds something else, or is truncated or damaged")
-    return np.asarray(mesh.vertices), np.asarray(mesh.faces)
+        return _PARSERS[suffix](data)
+    except MemoryError:
+        raise MeshError("reading it needs more memory than there is") from None
 
 
-def _one_line(error: Exception) -> str:
-    text = " ".join(str(error).split())
-    return f"{type(error).__name__}: {text[:120]}" if text else type(error).__name__
+def _text(data: bytes) -> str:
+    return data.decode("utf-8-sig", errors="replace")
+
+
+_PARSERS: dict[str, Callable[[bytes], tuple[np.ndarray, np.ndarray]]] = {
+    "off": lambda data: parse_off(_text(data)),
+    "obj": lambda data: parse_obj(_text(data)),
+    "ply": parse_ply,
+    "stl": parse_stl,
+    "glb": parse_glb,
+    "gltf": parse_gltf,
+}

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+_DIGITS = 18
+
 
 class MeshError(ValueError):
     """A mesh, or a mesh file, that cannot be used; the message says what was found and what to do."""
@@ -11,6 +13,14 @@ class MeshError(ValueError):
 
 class MeshIndexError(MeshError, IndexError):
     """A face that names a vertex which does not exist."""
+
+
+def number_of(word: str) -> int:
+    """The integer that a file writes; `ValueError` for anything but a sign and up to 18 digits, which int64 holds."""
+    digits = word[1:] if word[:1] in ("+", "-") else word
+    if len(digits) > _DIGITS or not (digits.isascii() and digits.isdigit()):
+        raise ValueError(f"{word[:40]!r} is not a number")
+    return int(word)
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from ._mesh import MeshError
+from ._mesh import MeshError, number_of
 
 _HEADER = re.compile(r"(?:ST)?C?N?OFF\b", re.ASCII)
 
@@ -48,9 +48,13 @@ def _counts(lines: list[str]) -> tuple[tuple[int, int], list[str]]:
         raise MeshError("binary OFF is not supported; convert it to text OFF, PLY or OBJ")
     lines = [rest, *lines[1:]] if rest else lines[1:]
     words = lines[0].split() if lines else []
-    if len(words) not in (2, 3) or not all(word.isascii() and word.isdigit() for word in words):
+    try:
+        vertex_count, face_count, *edge_count = map(number_of, words)
+    except ValueError:
+        vertex_count, face_count, edge_count = -1, -1, []
+    if vertex_count < 0 or face_count < 0 or len(edge_count) > 1:
         raise MeshError("malformed OFF: the counts of vertices, faces and edges do not follow the keyword")
-    return (int(words[0]), int(words[1])), lines[1:]
+    return (vertex_count, face_count), lines[1:]
 
 
 def _vertices(lines: list[str]) -> np.ndarray:
@@ -59,7 +63,7 @@ def _vertices(lines: list[str]) -> np.ndarray:
         return np.array(rows, dtype=np.float64).reshape(len(rows), 3)
     except ValueError:
         bad = next(i for i, row in enumerate(rows) if not _is_point(row))
-        raise MeshError(f"malformed OFF: vertex {bad} reads {' '.join(rows[bad])!r}, not three numbers") from None
+        raise MeshError(f"malformed OFF: vertex {bad} reads {' '.join(rows[bad])[:40]!r}, not three numbers") from None
 
 
 def _is_point(words: list[str]) -> bool:
@@ -73,8 +77,12 @@ def _faces(lines: list[str]) -> np.ndarray:
     triangles: list[list[str]] = []
     for number, line in enumerate(lines):
         words = line.split()
-        corners = words[1 : int(words[0]) + 1] if words[0].isdecimal() else []
-        if not words[0].isdecimal() or len(corners) != int(words[0]):
+        try:
+            count = number_of(words[0])
+        except ValueError:
+            count = -1
+        corners = words[1 : count + 1]
+        if count < 0 or len(corners) != count:
             raise MeshError(f"malformed OFF: face {number} reads {line[:40]!r}")
         if len(corners) == 3:
             triangles.append(corners)

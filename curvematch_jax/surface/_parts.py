@@ -8,7 +8,7 @@ from ._clean import CleanReport, clean
 from ._features import Features, feature_points
 from ._fields import Distances, Field, check_field, curve_unit, distances_on
 from ._levels import LevelSets, follow, front_lengths
-from ._mesh import Mesh
+from ._mesh import Mesh, MeshError
 from ._smooth import smooth
 from ._topology import Edges, edges, face_areas
 
@@ -114,13 +114,19 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
     Deterministic, and independent of the mesh's unit.
 
     Raises:
-        MeshError: the mesh cannot be made into one closed surface.
+        MeshError: the mesh cannot be made into one closed surface, or its triangles are too thin.
         ImportError: cleaning needs a library of the extra `prep`; the message has the line that installs it.
     """
     mesh, report = prepared(mesh, extraction)
     distances = distances_on(mesh, extraction.field)
     features = feature_points(mesh, distances, extraction.epsilon, extraction.least)
-    return parts_around(mesh, distances, features, extraction, report.messages)
+    if not 0 < features.diameter < np.inf:
+        raise MeshError(f"{mesh.name or 'mesh'}: its triangles are too thin for distances along the surface")
+    parts = parts_around(mesh, distances, features, extraction, report.messages)
+    for name in ("curves", "lengths", "fronts", "centres", "areas", "points", "between"):
+        if not np.isfinite(getattr(parts, name)).all():
+            raise MeshError(f"{mesh.name or 'mesh'}: its triangles are too thin: {name} of its parts are not finite")
+    return parts
 
 
 def prepared(mesh: Mesh, extraction: Extraction) -> tuple[Mesh, CleanReport]:

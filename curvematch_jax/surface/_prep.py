@@ -37,6 +37,11 @@ def decimate(vertices: np.ndarray, faces: np.ndarray, target: int) -> tuple[np.n
     return np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int64)
 
 
+def edge_length(vertices: np.ndarray, faces: np.ndarray, target: int) -> float:
+    """Of the edges of `target` vertices that are spread evenly over a closed surface of this area."""
+    return math.sqrt(float(face_areas(vertices, faces).sum()) / target * 2 / math.sqrt(3))
+
+
 def remesh(vertices: np.ndarray, faces: np.ndarray, target: int) -> tuple[np.ndarray, np.ndarray]:
     """Isotropic remeshing of a closed surface to about `target` vertices (Botsch, Kobbelt, SGP 2004).
 
@@ -45,11 +50,11 @@ def remesh(vertices: np.ndarray, faces: np.ndarray, target: int) -> tuple[np.nda
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # its imports, not ours
         gpytoolbox = require("gpytoolbox", "prep", "remeshing an irregular, coarse or large mesh")
-    area = float(face_areas(vertices, faces).sum())
     start = np.array(vertices), faces.astype(np.int32)  # its bindings want arrays that they could write to
     for refinement in (1, 2, 4):
-        edge = math.sqrt(area / (target * refinement) * 2 / math.sqrt(3))
-        points, triangles = gpytoolbox.remesh_botsch(*start, _ITERATIONS, edge, True)
+        edge = edge_length(vertices, faces, target * refinement)
+        with np.errstate(all="ignore"):  # where it divides by the length of an edge that has none
+            points, triangles = gpytoolbox.remesh_botsch(*start, _ITERATIONS, edge, True)
         points, triangles = np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int64)
         if is_closed_manifold(points, triangles):
             break

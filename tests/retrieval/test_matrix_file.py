@@ -71,3 +71,33 @@ def test_what_is_no_matrix_is_refused(saved, tmp_path):
 )
 def test_names_tell_files_apart(paths, names):
     assert distinct_names(paths) == names
+
+
+@pytest.mark.parametrize(
+    ("attributes", "message"),
+    [
+        ({"names": [1, 2, 3]}, "its names are something else"),
+        ({"notes": 5}, "its notes are something else"),
+        ({"settings": []}, "its settings are something else"),
+        ({"complete": "yes"}, "its complete are something else"),
+        ({"curvematch_matrix": 1}, "of format 1, and this version reads 2"),
+        ({"names": ["a"] * 60000}, r"60000 names, values of shape \(3, 3\)"),
+    ],
+)
+def test_damaged_attributes_are_refused(saved, tmp_path, attributes, message):
+    import zarr
+
+    save_matrix(saved, tmp_path / "D.zarr")
+    zarr.open_group(tmp_path / "D.zarr").attrs.update(attributes)
+    with pytest.raises(ValueError, match=message):
+        load_matrix(tmp_path / "D.zarr")
+
+
+def test_values_that_are_lost_or_no_numbers_are_refused(saved, tmp_path):
+    save_matrix(dataclasses.replace(saved, dissimilarity=np.full((3, 3), np.inf)), tmp_path / "D.zarr")
+    with pytest.raises(ValueError, match="not finite"):
+        load_matrix(tmp_path / "D.zarr")
+    (chunk,) = (tmp_path / "D.zarr" / "dissimilarity" / "c").glob("*/*")
+    chunk.unlink()
+    with pytest.raises(ValueError, match="lacks 1 chunks"):
+        load_matrix(tmp_path / "D.zarr")
