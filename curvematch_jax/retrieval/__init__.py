@@ -1,5 +1,6 @@
 """Parts in, rankings and their quality out."""
 
+from ._collection import Collection
 from ._evaluation import GradedScores, Scores, evaluate, evaluate_graded
 from ._matching import Matching
 from ._matrix import dissimilarity_matrix
@@ -17,6 +18,7 @@ from ._store import (
 from ._symmetry import symmetric_parts
 
 __all__ = [
+    "Collection",
     "GradedScores",
     "Match",
     "Matching",

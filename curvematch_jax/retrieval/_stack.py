@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..elastic import Tables
 from ..surface import Parts
 from ._matching import Unit
 from ._store import require_same_settings
@@ -22,7 +23,7 @@ class Stack:
     """The parts of M objects in one, P in all, object by object.
 
     Attributes:
-        curves: (C, 3, n) the curves that count.
+        curves: (C, 3, n) the curves that count, or tables of them.
         rows: (P, L) where in `curves` a part's level is, -1 where it is masked or beyond a gap.
         log_lengths: (P, L) in the unit that was asked for; 0 where there is no row.
         log_fronts: (P, L)
@@ -31,7 +32,7 @@ class Stack:
         starts: (M + 1,) object j has the parts `starts[j]` to `starts[j + 1]`.
     """
 
-    curves: np.ndarray
+    curves: np.ndarray | Tables
     rows: np.ndarray
     log_lengths: np.ndarray
     log_fronts: np.ndarray
@@ -86,6 +87,22 @@ def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
         log_fronts=np.log(fronts + _SHORTEST_FRONT).astype(np.float32),
         log_units=np.log(units[:, 0]).astype(np.float32) * (unit != "mesh"),
         starts=np.cumsum([0, *(len(parts.areas) for parts in collection)]),
+    )
+
+
+def joined(stacks: Sequence[Stack]) -> Stack:
+    """Stacks of several collections, their curves all of one form, as the stack of all objects."""
+    before = np.cumsum([0, *(len(one.curves) for one in stacks)]).tolist()
+    rows = [np.where(one.rows >= 0, one.rows + first, -1) for one, first in zip(stacks, before, strict=False)]
+    curves = [one.curves for one in stacks]
+    tables = [some for some in curves if isinstance(some, Tables)]
+    return Stack(
+        curves=Tables.joined(tables) if tables else np.concatenate(curves),
+        rows=np.concatenate(rows),
+        log_lengths=np.concatenate([one.log_lengths for one in stacks]),
+        log_fronts=np.concatenate([one.log_fronts for one in stacks]),
+        log_units=np.concatenate([one.log_units for one in stacks]),
+        starts=np.cumsum([0, *np.concatenate([np.diff(one.starts) for one in stacks]).tolist()]),
     )
 
 
