@@ -18,7 +18,8 @@ from curvematch_jax.surface import Extraction, Parts
 _MODES = 6
 # Median lengths of level curves in diameters, at the first level, the middle ones and the last.
 _PROFILE = (0.1, 0.2, 0.29, 0.35, 0.6, 0.83, 0.75, 0.37)
-_PARTS = (4, 10)
+# Parts of an object, at least and at most.
+Counts = tuple[int, int]
 
 
 class _Class(NamedTuple):
@@ -30,16 +31,19 @@ class _Class(NamedTuple):
     size: float  # logarithm of the diameter in units of the root of the area
 
 
-def generated(count: int, seed: int = 0, classes: int = 100, settings: Extraction | None = None) -> Iterator[Parts]:
-    """`count` objects of 4 to 10 parts each, one by one; object j is of class `j % classes` and the same in any run."""
+def generated(
+    count: int, seed: int = 0, classes: int = 100, parts: Counts = (4, 10), settings: Extraction | None = None
+) -> Iterator[Parts]:
+    """`count` objects one by one; object j is of class `j % classes`, and the same in any run."""
     settings = Extraction() if settings is None else settings
-    prototype = ft.cache(lambda kind: _prototype(np.random.default_rng([seed, 0, kind]), settings.levels))
+    prototype = ft.cache(lambda kind: _prototype(np.random.default_rng([seed, 0, kind]), parts, settings.levels))
     for j in range(count):
-        yield _member(prototype(j % classes), np.random.default_rng([seed, 1, j]), settings, f"generated-{j:05d}")
+        random = np.random.default_rng([seed, 1, j])
+        yield _member(prototype(j % classes), random, parts, settings, f"generated-{j:05d}")
 
 
-def _prototype(random: np.random.Generator, levels: int) -> _Class:
-    parts = int(random.integers(_PARTS[0], _PARTS[1] + 1))
+def _prototype(random: np.random.Generator, counts: Counts, levels: int) -> _Class:
+    parts = int(random.integers(counts[0], counts[1] + 1))
     profile = np.interp(np.linspace(0, 1, levels), np.linspace(0, 1, len(_PROFILE)), np.log(_PROFILE))
     log_lengths = profile + 0.35 * random.normal() + 0.55 * _smooth(random, (parts,), levels)
     ends = np.where(random.random(parts) < 0.5, levels, random.integers(levels // 2, levels + 1, parts))
@@ -64,15 +68,15 @@ def _smooth(random: np.random.Generator, shape: tuple[int, ...], levels: int) ->
     return random.normal(size=(*shape, len(knots))) @ (weights / np.linalg.norm(weights, axis=0))
 
 
-def _member(kind: _Class, random: np.random.Generator, settings: Extraction, name: str) -> Parts:
+def _member(kind: _Class, random: np.random.Generator, counts: Counts, settings: Extraction, name: str) -> Parts:
     """An object of a class: its parts in another order, one more or less, each somewhat changed."""
     all_parts, levels = kind.log_lengths.shape
-    count = int(np.clip(all_parts + random.integers(-1, 2), *_PARTS))
+    count = int(np.clip(all_parts + random.integers(-1, 2), *counts))
     chosen = random.permutation(np.arange(count) % all_parts)
     away = random.gamma(3.0, 1 / 3)  # how far this member is from its class
     modes = kind.modes[chosen] + away * 0.5 * (_curve_modes(random, count, levels) - _round(count, levels))
     log_lengths = kind.log_lengths[chosen] + away * (0.1 * random.normal() + 0.12 * _smooth(random, (count,), levels))
-    ends = np.clip(kind.ends[chosen] + random.integers(-1, 2, count), 2, levels)
+    ends = np.clip(kind.ends[chosen] + random.integers(-1, 2, count), 1, levels)
     mask = (np.arange(levels) < ends[:, None]) & (random.random((count, levels)) > 0.004)
     lengths = np.where(mask, np.exp(log_lengths), 0.0)
     fronts = np.exp(log_lengths) * (1 + 0.1 * random.gamma(1.0, size=(count, levels)))

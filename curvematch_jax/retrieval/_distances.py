@@ -28,9 +28,7 @@ class Nearest(NamedTuple):
     part: np.ndarray  # (P1, M2) the part of the object that is nearest, from 0; -1 where there is none
 
 
-def nearest(
-    first: Stack, second: Stack, apart: np.ndarray, matching: Matching
-) -> tuple[Nearest, Nearest]:
+def nearest(first: Stack, second: Stack, apart: np.ndarray, matching: Matching) -> tuple[Nearest, Nearest]:
     """Distances of parts to objects, both ways (equation 5): `min over parts of the object`.
 
     Arguments:

@@ -101,7 +101,8 @@ def _bounds(
     levels = compared(query.stack, (slice(None), None), collection.stack, (None, parts), matching)
     rough = levels.joined(matching)
     if not matching.sized and matching.candidates:
-        pairs = np.stack(np.indices(rough.shape).reshape(2, -1), axis=1) + [0, parts.start]
+        one, other = np.indices(rough.shape).reshape(2, -1)
+        pairs = np.stack([one, other + parts.start], axis=1)
         rough = rough_distances(query.stack, collection.stack, pairs, matching).reshape(rough.shape)
     if query.signatures is None or collection.signatures is None:
         return rough, levels.joined(matching) - _SLACK
