@@ -32,8 +32,8 @@ class Tables:
     @classmethod
     def joined(cls, several: Sequence[Tables]) -> Tables:
         """Tables of one aligner as those of all curves."""
-        columns = zip(*(tables.curves for tables in several), strict=True)
-        return cls(Representative(*(np.concatenate(column) for column in columns)), several[0].aligner)
+        pieces = [tables.curves for tables in several]
+        return cls(jax.tree.map(lambda *column: np.concatenate(column), *pieces), several[0].aligner)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -47,14 +47,14 @@ class Tables:
         return len(self.curves.tangents)
 
     def __getitem__(self, index: slice | np.ndarray) -> Tables:
-        return Tables(Representative(*(table[index] for table in self.curves)), self.aligner)
+        return Tables(jax.tree.map(lambda table: table[index], self.curves), self.aligner)
 
 
 def tables_of(curves: np.ndarray, aligner: Aligner) -> Tables:
     """The tables of curves `(C, d, n)` without repeated samples."""
     size = aligner.chunk
     shapes = jax.eval_shape(ft.partial(_tabulate_chunk, aligner), chunks.padded(curves[:size], size))
-    tables = Representative(*(np.empty((len(curves), *shape.shape[1:]), shape.dtype) for shape in shapes))
+    tables = jax.tree.map(lambda shape: np.empty((len(curves), *shape.shape[1:]), shape.dtype), shapes)
 
     def compute(part: slice) -> Representative:
         return _tabulate_chunk(aligner, chunks.padded(curves[part], size))

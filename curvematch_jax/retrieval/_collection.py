@@ -101,7 +101,7 @@ def _ready(members: Stack, aligner: Aligner) -> tuple[Stack, np.ndarray | None]:
     """
     if aligner.slope:
         return members, None
-    tables = tabulate(members.curves, aligner)
+    tables = tabulate(np.asarray(members.curves), aligner)
     marks = signatures(tables)
     dense = np.zeros((*members.rows.shape, marks.shape[1]), marks.dtype)
     dense[members.rows >= 0] = marks

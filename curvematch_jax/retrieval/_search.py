@@ -49,7 +49,7 @@ class Search:
     @property
     def exact(self) -> np.ndarray:
         """(M,) bool, whether all distances of the query's parts to the object are known."""
-        return self._at_least(self.known).all(axis=0)
+        return np.logical_and.reduce(self._at_least(self.known), axis=0)
 
     @property
     def nearest(self) -> Nearest:

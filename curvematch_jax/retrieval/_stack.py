@@ -94,10 +94,10 @@ def joined(stacks: Sequence[Stack]) -> Stack:
     """Stacks of several collections, their curves all of one form, as the stack of all objects."""
     before = np.cumsum([0, *(len(one.curves) for one in stacks)]).tolist()
     rows = [np.where(one.rows >= 0, one.rows + first, -1) for one, first in zip(stacks, before, strict=False)]
-    curves = [one.curves for one in stacks]
-    tables = [some for some in curves if isinstance(some, Tables)]
+    tables = [one.curves for one in stacks if isinstance(one.curves, Tables)]
+    arrays = [one.curves for one in stacks if isinstance(one.curves, np.ndarray)]
     return Stack(
-        curves=Tables.joined(tables) if tables else np.concatenate(curves),
+        curves=Tables.joined(tables) if tables else np.concatenate(arrays),
         rows=np.concatenate(rows),
         log_lengths=np.concatenate([one.log_lengths for one in stacks]),
         log_fronts=np.concatenate([one.log_fronts for one in stacks]),

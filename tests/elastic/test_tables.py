@@ -7,7 +7,7 @@ from elastic.shapes import fourier
 from curvematch_jax.elastic import Aligner, Stage, Tables, align, pair_distances, tabulate
 
 RIGID = Aligner.rigid()
-LEAN = Aligner(grid=24, seeds=2, stages=(Stage(kept=1, steps=1, knots=24),), chunk=64)
+LEAN = Aligner(grid=16, seeds=2, slope=2, stages=(Stage(1, 2, 24),), table=4, chunk=8)
 PAIRS = np.random.default_rng(0).integers(0, 9, size=(30, 2))
 
 

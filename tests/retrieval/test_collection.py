@@ -11,7 +11,7 @@ from curvematch_jax.retrieval import _ranking as ranking_module
 from curvematch_jax.retrieval._search import Search
 from curvematch_jax.surface import Extraction
 
-WARPS = Matching(aligner=Aligner(grid=24, seeds=2, stages=(Stage(kept=1, steps=1, knots=24),), chunk=64))
+WARPS = Matching(aligner=Aligner(grid=16, seeds=2, slope=2, stages=(Stage(1, 2, 24),), table=4, chunk=8))
 SETTINGS = {
     "default": Matching(),
     "all parts": Matching(candidates=0),
