@@ -28,6 +28,7 @@ from .elastic import (
     to_srvf,
 )
 from .retrieval import (
+    Collection,
     GradedScores,
     Match,
     Matching,
@@ -53,6 +54,7 @@ __all__ = [
     "Aligner",
     "Alignment",
     "CleanReport",
+    "Collection",
     "Composite",
     "Creature",
     "Extraction",

@@ -117,7 +117,7 @@ def test_text_goes_to_stdout_and_notes_to_stderr(meshes, parts_dir, capsys):
     out, err = capsys.readouterr()
     assert "hand1.off" in out
     assert "conflict" in out
-    assert re.fullmatch(r"curvematch: collection .* s, query .* s, stack .* s, distances .* s, fusion .* s\n", err)
+    assert re.fullmatch(r"curvematch: collection .* s, query .* s, stack .* s, bounds .* s, distances .* s\n", err)
     assert run(["query", str(meshes / "hand0.off"), "--in", str(parts_dir), "--quiet"]) == 0
     assert capsys.readouterr().err == ""
 
@@ -125,7 +125,7 @@ def test_text_goes_to_stdout_and_notes_to_stderr(meshes, parts_dir, capsys):
 def test_explained_query(meshes, parts_dir, tmp_path, capsys):
     arguments = ["query", meshes / "snake1.off", "--in", parts_dir, "--top", 2, "--explain", tmp_path / "why.png"]
     found = result(capsys, *arguments)
-    assert list(found["seconds"]) == ["collection", "query", "stack", "distances", "fusion", "picture"]
+    assert list(found["seconds"]) == ["collection", "query", "stack", "bounds", "distances", "picture"]
     assert found["picture"] == str(tmp_path / "why.png")
     parts = len(load_parts(parts_dir / "snake1.off.npz").areas)
     for row in found["results"]:

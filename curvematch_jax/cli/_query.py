@@ -61,7 +61,7 @@ def run_query(
         found, unusable = gather_all(find_sources([query]), collection[0].settings, jobs)
     report_failures(unusable, len(found), output)
     files = _mesh_files(explanation, query, [*collection, found[0]])
-    ranking = rank(found[0], collection, matching, output.progress)
+    ranking = rank(found[0], collection, matching, output.progress, top=top)
     clock.seconds.update(ranking.seconds)
     for note in ranking.notes:
         output.note(note)

@@ -10,12 +10,13 @@ from jaxtyping import ArrayLike
 
 from .._progress import Progress, reporter
 from . import _chunks as chunks
-from ._align import align_chunk, read, represent_for
+from ._align import align_chunk, read
 from ._aligner import Aligner
 from ._check import as_curves, check_pair
 from ._curve import Representative
 from ._distinct import distinct
 from ._kind import check_kind, length_between
+from ._tables import Tables, tables_of
 
 
 class _Pairs(NamedTuple):
@@ -46,8 +47,8 @@ def distance_matrix(
     """
     check_kind(kind)
     aligner = Aligner.fast() if aligner is None else aligner
-    first = _curves("a", a)
-    second = first if b is None else _curves("b", b)
+    first = _checked("a", a)
+    second = first if b is None else _checked("b", b)
     check_pair(first[:1], second[:1])
     result = np.zeros((len(first), len(second)), np.result_type(first, second))
     if b is None:
@@ -62,8 +63,8 @@ def distance_matrix(
 
 
 def pair_distances(
-    a: ArrayLike,
-    b: ArrayLike,
+    a: ArrayLike | Tables,
+    b: ArrayLike | Tables,
     pairs: ArrayLike,
     aligner: Aligner | None = None,
     progress: Progress = False,
@@ -71,20 +72,21 @@ def pair_distances(
 ) -> np.ndarray:
     """Elastic distances `(P,)`, in radians, of the pairs `a[i], b[j]` that the rows of `pairs`, `(P, 2)`, list.
 
-    As `distance_matrix`, for some of its entries. Raises `ValueError` as `align`, `IndexError` for an index that points
-    outside of the curves.
+    As `distance_matrix`, for some of its entries. Curves that are compared again and again can be given as what
+    `tabulate` made of them. Raises `ValueError` as `align`, and for tables made for another aligner or kind;
+    `IndexError` for an index that points outside of the curves.
     """
     check_kind(kind)
     aligner = Aligner.fast() if aligner is None else aligner
     first = _curves("a", a)
     second = first if b is a else _curves("b", b)
-    check_pair(first[:1], second[:1])
+    _check_tables(first, second, aligner, kind)
     pairs = np.asarray(pairs)
     if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype.kind not in "iu":
         raise ValueError(f"pairs has shape {pairs.shape} and dtype {pairs.dtype}: give integers (P, 2).")
     if pairs.size and (pairs.min() < 0 or pairs[:, 0].max() >= len(first) or pairs[:, 1].max() >= len(second)):
         raise IndexError(f"pairs points outside of the {len(first)} curves in a and {len(second)} in b.")
-    result = np.zeros(len(pairs), np.result_type(first, second))
+    result = np.zeros(len(pairs), np.result_type(first.dtype, second.dtype))
     listed = (
         _Pairs(pairs[start : start + aligner.chunk, 0], pairs[start : start + aligner.chunk, 1], start)
         for start in range(0, len(pairs), aligner.chunk)
@@ -94,7 +96,33 @@ def pair_distances(
     return result
 
 
-def _curves(name: str, curves: ArrayLike) -> np.ndarray:
+def tabulate(curves: ArrayLike, aligner: Aligner | None = None) -> Tables:
+    """What alignment needs to know of closed curves `(C, d, n)`, for `pair_distances`.
+
+    With `Aligner.rigid()` 768 bytes a curve in float32, whatever n; else about 11 KB a curve of 100 samples.
+    Raises `ValueError` as `align`.
+    """
+    return tables_of(_checked("curves", curves), Aligner.fast() if aligner is None else aligner)
+
+
+def _curves(name: str, curves: ArrayLike | Tables) -> np.ndarray | Tables:
+    return curves if isinstance(curves, Tables) else _checked(name, curves)
+
+
+def _check_tables(first: np.ndarray | Tables, second: np.ndarray | Tables, aligner: Aligner, kind: str) -> None:
+    """Raises `ValueError` unless both can be compared by this aligner and kind."""
+    for curves in (first, second):
+        if isinstance(curves, Tables) and (curves.aligner != aligner or kind != "arc"):
+            raise ValueError(
+                f"tables made for {curves.aligner} and the kind 'arc' cannot serve {aligner} and {kind!r}: give curves."
+            )
+    if isinstance(first, np.ndarray) and isinstance(second, np.ndarray):
+        check_pair(first[:1], second[:1])
+    elif first.shape[1] != second.shape[1]:
+        raise ValueError(f"curves of {first.shape[1]} and of {second.shape[1]} dimensions have no distance.")
+
+
+def _checked(name: str, curves: ArrayLike) -> np.ndarray:
     array = np.asarray(as_curves(name, curves))
     if array.ndim != 3:
         raise ValueError(f"{name} has shape {array.shape}: give one batch of closed curves, (curves, d, n).")
@@ -117,8 +145,8 @@ def _rectangle(rows: int, columns: int, size: int) -> Iterator[_Pairs]:
 
 
 def _distances(
-    first: np.ndarray,
-    second: np.ndarray,
+    first: np.ndarray | Tables,
+    second: np.ndarray | Tables,
     pairs: Iterable[_Pairs],
     total: int,
     aligner: Aligner,
@@ -128,7 +156,10 @@ def _distances(
     if total == 0:
         return
     report = reporter(progress, "aligning", "pairs")
-    compute = _of_tables(first, second, aligner) if kind == "arc" else _of_curves(first, second, aligner, kind)
+    if isinstance(first, np.ndarray) and isinstance(second, np.ndarray) and kind != "arc":
+        compute = _of_curves(first, second, aligner, kind)
+    else:
+        compute = _of_tables(first, second, aligner)
     done = 0
     for part, values in chunks.run(compute, pairs):
         done += len(part.rows)
@@ -136,14 +167,15 @@ def _distances(
         yield part, values[: len(part.rows)]
 
 
-def _of_tables(first: np.ndarray, second: np.ndarray, aligner: Aligner) -> Callable[[_Pairs], jax.Array]:
-    tables1 = _represented(first, aligner)
-    tables2 = tables1 if second is first else _represented(second, aligner)
-    take = lambda tables, index: jax.tree.map(lambda table: table[index], tables)  # noqa: E731
+def _of_tables(
+    first: np.ndarray | Tables, second: np.ndarray | Tables, aligner: Aligner
+) -> Callable[[_Pairs], jax.Array]:
+    tables1 = first if isinstance(first, Tables) else tables_of(first, aligner)
+    tables2 = tables1 if second is first else second if isinstance(second, Tables) else tables_of(second, aligner)
 
     def compute(part: _Pairs) -> jax.Array:
         rows, columns = (chunks.padded(index, aligner.chunk) for index in (part.rows, part.columns))
-        return _distance_chunk(take(tables1, rows), take(tables2, columns), aligner)
+        return _distance_chunk(tables1[rows].curves, tables2[columns].curves, aligner)
 
     return compute
 
@@ -154,22 +186,6 @@ def _of_curves(first: np.ndarray, second: np.ndarray, aligner: Aligner, kind: st
         return _length_chunk(first[rows], second[columns], aligner, kind)
 
     return compute
-
-
-def _represented(curves: np.ndarray, aligner: Aligner) -> Representative:
-    """The tables of all curves, in numpy."""
-    size = aligner.chunk
-    shapes = jax.eval_shape(ft.partial(_represent_chunk, aligner), chunks.padded(curves[:size], size))
-    tables = jax.tree.map(lambda shape: np.empty((len(curves), *shape.shape[1:]), shape.dtype), shapes)
-    for start in range(0, len(curves), size):
-        part = curves[start : start + size]
-        found = _represent_chunk(aligner, chunks.padded(part, size))
-        for table, values in zip(tables, found, strict=True):
-            table[start : start + size] = np.asarray(values)[: len(part)]
-    return tables
-
-
-_represent_chunk = jax.jit(represent_for, static_argnums=0)
 
 
 @ft.partial(jax.jit, static_argnames="aligner")

@@ -1,5 +1,6 @@
 """Parts in, rankings and their quality out."""
 
+from ._collection import Collection
 from ._evaluation import GradedScores, Scores, evaluate, evaluate_graded
 from ._files import remove_leftovers
 from ._matching import Matching
@@ -11,6 +12,7 @@ from ._ranking import Match, Ranking, rank
 from ._symmetry import symmetric_parts
 
 __all__ = [
+    "Collection",
     "GradedScores",
     "Match",
     "Matching",

@@ -15,6 +15,8 @@ from ..elastic import Aligner, pair_distances
 from ._matching import ISOMETRY_DECAY, MAX_ISOMETRY_RATIO, MAX_LOG_RATIO, Matching
 from ._stack import Stack
 
+Index = np.ndarray | tuple[slice | None, ...]
+
 # Pairs of parts whose levels are held at once while their sizes are compared.
 _SIZES_AT_ONCE = 1 << 15
 
@@ -26,15 +28,12 @@ class Nearest(NamedTuple):
     part: np.ndarray  # (P1, M2) the part of the object that is nearest, from 0; -1 where there is none
 
 
-def nearest(
-    first: Stack, second: Stack, apart: np.ndarray, matching: Matching, both_ways: bool = True
-) -> tuple[Nearest, Nearest]:
+def nearest(first: Stack, second: Stack, apart: np.ndarray, matching: Matching) -> tuple[Nearest, Nearest]:
     """Distances of parts to objects, both ways (equation 5): `min over parts of the object`.
 
     Arguments:
         first, second: M1 objects with P1 parts, and M2 objects with P2 parts.
         apart: (M1, M2) bool, the pairs of objects to compare.
-        both_ways: whether the second result is wanted; without it what only that one needs is not compared.
 
     Returns:
         of the parts of the first to the objects of the second, and the other way round.
@@ -43,9 +42,9 @@ def nearest(
     forward = backward = wanted
     if matching.candidates:
         rough = np.full(wanted.shape, np.inf)
-        rough[wanted] = _rough_distances(first, second, np.argwhere(wanted), matching)
+        rough[wanted] = rough_distances(first, second, np.argwhere(wanted), matching)
         forward = wanted & shortlist(rough, second.starts, matching.candidates)
-        backward = wanted & shortlist(rough.T, first.starts, matching.candidates).T if both_ways else wanted & False
+        backward = wanted & shortlist(rough.T, first.starts, matching.candidates).T
     distances = np.full(wanted.shape, np.inf)
     compared = forward | backward
     distances[compared] = part_distances(first, second, np.argwhere(compared), matching, matching.aligner)
@@ -78,48 +77,76 @@ def shortlist(distances: np.ndarray, starts: np.ndarray, candidates: int) -> np.
     return short
 
 
-def _rough_distances(first: Stack, second: Stack, pairs: np.ndarray, matching: Matching) -> np.ndarray:
+def rough_distances(first: Stack, second: Stack, pairs: np.ndarray, matching: Matching) -> np.ndarray:
     """What candidates are chosen by: sizes, which cost next to nothing, or else shapes without reparametrisation."""
-    return part_distances(first, second, pairs, matching, None if matching.sized else Aligner.rigid())
+    rigid = matching.aligner if matching.aligner.slope == 0 else Aligner.rigid()
+    return part_distances(first, second, pairs, matching, None if matching.sized else rigid)
 
 
 def _part_distances(
     first: Stack, second: Stack, pairs: np.ndarray, matching: Matching, aligner: Aligner | None
 ) -> np.ndarray:
     one, other = pairs.T
-    left, right = first.rows[one], second.rows[other]
-    both, either = (left >= 0) & (right >= 0), (left >= 0) | (right >= 0)
-    lengths = np.abs(first.log_lengths[one] - second.log_lengths[other])
-    values = np.where(both, matching.length_weight * np.minimum(lengths, MAX_LOG_RATIO), matching.missing * either)
-    if aligner is not None and both.any():
-        curve_pairs = np.stack([left[both], right[both]], axis=1)
-        values[both] += pair_distances(first.curves, second.curves, curve_pairs, aligner)
-    weights = np.arange(1.0, left.shape[1] + 1) ** -matching.decay
-    distances = _mean(values, either, weights)
+    levels = compared(first, one, second, other, matching)
+    if aligner is not None and levels.both.any():
+        curve_pairs = np.stack([first.rows[one][levels.both], second.rows[other][levels.both]], axis=1)
+        levels.values[levels.both] += _curve_distances(first, second, curve_pairs, aligner)
+    return levels.joined(matching)
+
+
+def _curve_distances(first: Stack, second: Stack, pairs: np.ndarray, aligner: Aligner) -> np.ndarray:
+    """Distances (K,) of pairs of curves; only those that occur are handed over."""
+    (rows1, at1), (rows2, at2) = (np.unique(rows, return_inverse=True) for rows in pairs.T)
+    return pair_distances(first.curves[rows1], second.curves[rows2], np.stack([at1, at2], axis=1), aligner)
+
+
+class Levels(NamedTuple):
+    """Pairs of parts, level by level: in any shape, (*K, L)."""
+
+    values: np.ndarray  # (*K, L) radians: what lengths and missing levels say, to which shapes are added
+    both: np.ndarray  # (*K, L) bool, levels that both parts have
+    either: np.ndarray  # (*K, L) bool
+    apart: np.ndarray | float  # (*K,) radians: what fronts and near-isometry say
+
+    def joined(self, matching: Matching) -> np.ndarray:
+        """Distances (*K,) of the parts (equation D)."""
+        distances = _mean(self.values, self.either, _weights(self.values, matching.decay)) + self.apart
+        return np.where(self.both.any(axis=-1), distances, matching.max_distance)
+
+
+def compared(first: Stack, one: Index, second: Stack, other: Index, matching: Matching) -> Levels:
+    """Everything but the shapes of the curves: of the parts `one` and `other`, indices whose results broadcast."""
+    left, right = first.rows[one] >= 0, second.rows[other] >= 0
+    both, either = left & right, left | right
+    lengths = first.log_lengths[one] - second.log_lengths[other]
+    ratios = np.minimum(np.abs(lengths), MAX_LOG_RATIO)
+    values = np.where(both, matching.length_weight * ratios, matching.missing * either)
+    apart: np.ndarray | float = 0.0
     if matching.front_weight:
         fronts = np.abs(first.log_fronts[one] - second.log_fronts[other])
-        distances += matching.front_weight * _mean(np.minimum(fronts, MAX_LOG_RATIO), None, weights)
+        weights = _weights(fronts, matching.decay)
+        apart = apart + matching.front_weight * _mean(np.minimum(fronts, MAX_LOG_RATIO), None, weights)
     if matching.isometry_weight:
-        unequal = _inequality(first, second, pairs)
-        distances += matching.isometry_weight * np.minimum(unequal, matching.isometry_limit)
-    return np.where(both.any(axis=1), distances, matching.max_distance)
+        units = first.log_units[one] - second.log_units[other]
+        unequal = np.minimum(np.abs(lengths - units[..., None]), MAX_ISOMETRY_RATIO)
+        unequal = np.where(both, unequal, MAX_ISOMETRY_RATIO * either)
+        unequal = _mean(unequal, either, _weights(unequal, ISOMETRY_DECAY))
+        apart = apart + matching.isometry_weight * np.minimum(unequal, matching.isometry_limit)
+    return Levels(values, both, either, apart)
 
 
-def _inequality(first: Stack, second: Stack, pairs: np.ndarray) -> np.ndarray:
-    """How far the lengths of two parts are from those of isometric surfaces, (K,)."""
-    one, other = pairs.T
-    left, right = first.rows[one] >= 0, second.rows[other] >= 0
-    units = first.log_units[one] - second.log_units[other]
-    lengths = np.abs(first.log_lengths[one] - second.log_lengths[other] - units[:, None])
-    unequal = np.where(left & right, np.minimum(lengths, MAX_ISOMETRY_RATIO), MAX_ISOMETRY_RATIO * (left | right))
-    return _mean(unequal, left | right, np.arange(1.0, left.shape[1] + 1) ** -ISOMETRY_DECAY)
+def _weights(levels: np.ndarray, decay: float) -> np.ndarray:
+    """Weights (L,) of the levels on the last axis, from the one next to the feature point."""
+    return np.arange(1.0, levels.shape[-1] + 1) ** -decay
 
 
 def _mean(values: np.ndarray, counted: np.ndarray | None, weights: np.ndarray) -> np.ndarray:
-    """Mean over the levels (K, L) that count, (K,); 0 where none does."""
+    """Mean over the levels (*K, L) that count, (*K,); 0 where none does."""
+    # Not by `@`, where the last bits of a row depend on how many rows there are.
+    total = np.einsum("...l,l->...", values, weights)
     if counted is None:
-        return values @ weights / weights.sum()
-    return values @ weights / np.maximum(counted @ weights, weights[-1])
+        return total / weights.sum()
+    return total / np.maximum(np.einsum("...l,l->...", counted, weights), weights[-1])
 
 
 def _least(distances: np.ndarray, starts: np.ndarray, empty: float) -> Nearest:

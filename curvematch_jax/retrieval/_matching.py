@@ -137,6 +137,11 @@ class Matching:
         return self.length_weight + self.front_weight + self.isometry_weight > 0
 
     @property
+    def separate(self) -> bool:
+        """Whether the order of two objects depends on their own distances alone, and never rises with them."""
+        return self.masses == "odds" or self.fusion == "mean"
+
+    @property
     def max_distance(self) -> float:
         """The greatest distance of two parts there is: that of parts with nothing in common."""
         level = max(MAX_CURVE_DISTANCE + self.length_weight * MAX_LOG_RATIO, self.missing)

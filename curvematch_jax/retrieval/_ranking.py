@@ -12,15 +12,15 @@ import numpy as np
 from .._progress import Progress, reporter
 from ..surface import Parts
 from ._belief import Belief, combine, masses, odds_masses, weighted_evidence
-from ._distances import Nearest, nearest
+from ._collection import Collection
 from ._matching import BEST, Matching
-from ._parts_file import require_same_settings
-from ._stack import Stack, object_blocks, stack
+from ._search import Search
 
 # Of every part, when all are worth the same. Between .1 and .9 it changes the order of next to nothing.
 EQUAL_SIGNIFICANCE = 0.5
-# Parts of the collection that are compared with a query at once.
-_QUERY_BLOCK = 4096
+# Objects that are compared by shape before it is asked again which are the likeliest; and at most, for a report.
+_AT_ONCE = 48
+_MOST_AT_ONCE = 512
 
 
 class Match(NamedTuple):
@@ -47,11 +47,16 @@ class Ranking:
         probability: (M,) pignistic probability of the belief model, whatever the fusion that made the order.
         conflict: mass on the empty set: how far the query's parts contradict each other.
         unknown: mass on the whole collection: what the query's parts leave open.
-        distances: (P, M) of the query's parts to the objects (equation 5).
+        distances: (P, M) of the query's parts to the objects (equation 5), or lower bounds of them.
         matched: (P, M) which part of the object that is; -1 for an object without parts.
         masses: (P, M) of the query's parts on the objects.
+        exact: (M,) bool, whether an object's distances are known. With `rank(..., top=k)` most are not: what is said
+            above of the others follows from lower bounds of their distances. They come after the first k, none is less
+            similar than its `dissimilarity` says, and the probabilities of the first k, conflict and unknown are those
+            of a collection in which all others are as near as they can be.
         notes: a sentence on the query and on every object without parts; such objects come last.
-        seconds: what the stages took: `stack`, `distances`, `fusion`.
+        seconds: what the stages took: `stack` to make collection and query ready, `bounds`, and `distances`, with the
+            fusion.
     """
 
     order: np.ndarray
@@ -63,6 +68,7 @@ class Ranking:
     distances: np.ndarray
     matched: np.ndarray
     masses: np.ndarray
+    exact: np.ndarray
     notes: tuple[str, ...]
     seconds: dict[str, float]
 
@@ -77,9 +83,12 @@ class Ranking:
 
         Raises:
             IndexError: when there is no such object.
+            ValueError: when its distances are not known.
         """
         if not 0 <= j < len(self.names):
             raise IndexError(f"object {j} was asked for, and the collection has the objects 0 to {len(self.names) - 1}")
+        if not self.exact[j]:
+            raise ValueError(f"object {j} was not compared by shape: rank with a larger top to explain it")
         return tuple(
             Match(int(i), int(self.matched[i, j]), float(self.distances[i, j]), float(self.masses[i, j]))
             for i in np.argsort(self.distances[:, j], kind="stable")
@@ -95,34 +104,51 @@ class Fused(NamedTuple):
     masses: np.ndarray  # (P, M)
 
 
-def rank(query: Parts, collection: Sequence[Parts], matching: Matching = BEST, progress: Progress = False) -> Ranking:
+def rank(
+    query: Parts,
+    collection: Sequence[Parts] | Collection,
+    matching: Matching = BEST,
+    progress: Progress = False,
+    top: int | None = None,
+) -> Ranking:
     """Rank a collection by likeness to a query (equations D, 5, 4, 2 and 3).
 
     By default, and with `fusion="mean"`, an object that joins or leaves the collection never changes the order of the
     others. The masses of equation 4 (`masses="shares"`) are shares of a sum over the collection: there the order of
     two nearly equal objects can depend on which others there are.
 
-    Arguments:
+    With `top`, the first `top` objects of the order are those of the whole ranking, and most others are not compared
+    by shape: what sizes and signatures of their curves say is a lower bound of their distances, by which they are in
+    order (see `Ranking.exact`). With `masses="shares"` every distance enters all masses: there all are computed.
+
+    Args:
         query: may be a member of the collection.
-        collection: at least one object, extracted with the query's settings.
+        collection: at least one object, extracted with the query's settings; `Collection.of` makes a collection ready
+            once for many queries.
         matching: how parts are compared and joined.
         progress: `True` for a bar on stderr, or a function of `(done, total)` part pairs.
+        top: how many of the best objects are wanted; all without it.
 
     Raises:
-        ValueError: when the collection is empty, or settings of the extraction differ, naming the setting.
+        ValueError: when the collection is empty, settings of the extraction differ, naming the setting, the collection
+            was made ready for another aligner or unit, or `top` is not 1 or more.
     """
+    if top is not None and top < 1:
+        raise ValueError(f"top must be 1 or more, and was {top}")
     started = time.perf_counter()
-    require_same_settings([*collection, query])
-    first, second = stack([query], matching.unit), stack(collection, matching.unit)
+    ready = collection if isinstance(collection, Collection) else Collection.of(collection, matching)
+    ready.require(query, matching)
+    asked = Collection.of([query], matching)
     stacked = time.perf_counter()
-    found = _nearest_of_query(first, second, matching, progress)
-    compared = time.perf_counter()
-    fused = fuse(found.distance, query.areas, ~second.lacking, matching)
-    order = np.argsort(fused.dissimilarity, kind="stable")
+    search = Search.begin(asked, ready, matching)
+    bounded = time.perf_counter()
+    count = ready.stack.objects if top is None or not matching.separate else min(top, ready.stack.objects)
+    fused, order = _settled(search, query.areas, count, progress)
     ended = time.perf_counter()
+    found = search.nearest
     return Ranking(
         order=order,
-        names=tuple(parts.name for parts in collection),
+        names=ready.names,
         dissimilarity=fused.dissimilarity,
         probability=fused.belief.probability,
         conflict=fused.belief.conflict,
@@ -130,9 +156,31 @@ def rank(query: Parts, collection: Sequence[Parts], matching: Matching = BEST, p
         distances=found.distance,
         matched=found.part,
         masses=fused.masses,
-        notes=lacking_notes([query], "the query") + lacking_notes(collection, "object"),
-        seconds={"stack": stacked - started, "distances": compared - stacked, "fusion": ended - compared},
+        exact=search.exact,
+        notes=asked.lacking_notes("the query") + ready.lacking_notes("object"),
+        seconds={"stack": stacked - started, "bounds": bounded - stacked, "distances": ended - bounded},
     )
+
+
+def _settled(search: Search, areas: np.ndarray, count: int, progress: Progress) -> tuple[Fused, np.ndarray]:
+    """The order, once its first `count` objects are certain.
+
+    An object's bound puts it no later than its distances will. So as soon as the first ones in the order of bounds
+    are exact, no other can come before them.
+    """
+    report, total = reporter(progress, "query", "pairs"), search.known.size
+    present = ~search.collection.stack.lacking
+    while True:
+        fused = fuse(search.nearest.distance, areas, present, search.matching)
+        order = np.argsort(fused.dissimilarity, kind="stable")
+        exact = search.exact[order]
+        if exact[:count].all():
+            report(total, total)
+            return fused, order
+        likely = order[~exact][: max(count, _AT_ONCE)]
+        for some in np.split(likely, range(_MOST_AT_ONCE, len(likely), _MOST_AT_ONCE)):
+            report(int(search.known.sum()), total)
+            search.settle(some)
 
 
 def fuse(distances: np.ndarray, areas: np.ndarray, present: np.ndarray, matching: Matching) -> Fused:
@@ -163,26 +211,3 @@ def fuse(distances: np.ndarray, areas: np.ndarray, present: np.ndarray, matching
         dissimilarity = np.full(len(present), matching.max_distance)
     last = dissimilarity[present].max(initial=0.0) + 1.0
     return Fused(np.where(present, dissimilarity, last), belief, singletons)
-
-
-def lacking_notes(collection: Sequence[Parts], what: str) -> tuple[str, ...]:
-    """A sentence on every object without parts."""
-    return tuple(
-        f"{what} {parts.name or index} has no feature point, so nothing is known about it"
-        for index, parts in enumerate(collection)
-        if not len(parts.areas)
-    )
-
-
-def _nearest_of_query(query: Stack, collection: Stack, matching: Matching, progress: Progress) -> Nearest:
-    """Distances of the parts of one object to all others, block by block."""
-    report = reporter(progress, "query", "pairs")
-    total = len(query.rows) * len(collection.rows)
-    report(0, total)
-    found = []
-    for block in object_blocks(collection.starts, parts=_QUERY_BLOCK):
-        members = collection[block]
-        forward, _ = nearest(query, members, np.ones((1, members.objects), bool), matching, both_ways=False)
-        found.append(forward)
-        report(len(query.rows) * int(collection.starts[block.stop]), total)
-    return Nearest(*(np.concatenate(column, axis=1) for column in zip(*found, strict=True)))

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..elastic import Tables
 from ..surface import Parts
 from ._matching import Unit
 from ._parts_file import require_same_settings
 
-# Parts a side that are compared at once: enough to fill the engine's batches, few enough to forget.
-_BLOCK = 160
 # In units of area or diameter: fronts that are shorter are as short as can be, so that ratios of them stay bounded.
 _SHORTEST_FRONT = 0.02
 
@@ -22,7 +21,7 @@ class Stack:
     """The parts of M objects in one, P in all, object by object.
 
     Attributes:
-        curves: (C, 3, n) the curves that count.
+        curves: (C, 3, n) the curves that count, or tables of them.
         rows: (P, L) where in `curves` a part's level is, -1 where it is masked or beyond a gap.
         log_lengths: (P, L) in the unit that was asked for; 0 where there is no row.
         log_fronts: (P, L)
@@ -31,7 +30,7 @@ class Stack:
         starts: (M + 1,) object j has the parts `starts[j]` to `starts[j + 1]`.
     """
 
-    curves: np.ndarray
+    curves: np.ndarray | Tables
     rows: np.ndarray
     log_lengths: np.ndarray
     log_fronts: np.ndarray
@@ -89,6 +88,22 @@ def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
     )
 
 
+def joined(stacks: Sequence[Stack]) -> Stack:
+    """Stacks of several collections, their curves all of one form, as the stack of all objects."""
+    before = np.cumsum([0, *(len(one.curves) for one in stacks)]).tolist()
+    rows = [np.where(one.rows >= 0, one.rows + first, -1) for one, first in zip(stacks, before, strict=False)]
+    tables = [one.curves for one in stacks if isinstance(one.curves, Tables)]
+    arrays = [one.curves for one in stacks if isinstance(one.curves, np.ndarray)]
+    return Stack(
+        curves=Tables.joined(tables) if tables else np.concatenate(arrays),
+        rows=np.concatenate(rows),
+        log_lengths=np.concatenate([one.log_lengths for one in stacks]),
+        log_fronts=np.concatenate([one.log_fronts for one in stacks]),
+        log_units=np.concatenate([one.log_units for one in stacks]),
+        starts=np.cumsum([0, *np.concatenate([np.diff(one.starts) for one in stacks]).tolist()]),
+    )
+
+
 def _unit(parts: Parts, unit: Unit) -> float:
     """What turns lengths in diameters into lengths in the unit."""
     return {"diameter": 1.0, "mesh": parts.diameter, "area": parts.diameter / np.sqrt(parts.area)}[unit]
@@ -104,7 +119,7 @@ def unbroken(mask: np.ndarray) -> np.ndarray:
     return mask & ~np.logical_or.accumulate(ended, axis=1)
 
 
-def object_blocks(starts: np.ndarray, parts: int = _BLOCK) -> list[slice]:
+def object_blocks(starts: np.ndarray, parts: int) -> list[slice]:
     """Runs of objects with at most `parts` parts each; an object with more is a run by itself."""
     blocks, begin = [], 0
     for end in range(1, len(starts)):

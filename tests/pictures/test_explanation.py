@@ -56,6 +56,7 @@ def ranking_of(collection, matched, distances):
         distances=distances,
         matched=np.array(matched),
         masses=0.5 / (1 + distances),
+        exact=np.ones(len(collection), bool),
         notes=(),
         seconds={},
     )

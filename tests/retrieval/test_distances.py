@@ -97,18 +97,6 @@ def test_nearest_is_the_minimum_over_parts_both_ways(make_parts):
     np.testing.assert_array_equal(backward.part[0], [expected[:2].argmin(), expected[2:].argmin()])
 
 
-def test_one_way_is_the_same_without_the_other(make_parts):
-    first = stack([make_parts("a", seed=1, parts=5)])
-    second = stack([make_parts(f"{seed}", seed=seed, parts=4) for seed in range(2, 5)])
-    apart = np.ones((1, 3), bool)
-    both, _ = matching.nearest(first, second, apart, Matching())
-    one, none = matching.nearest(first, second, apart, Matching(), both_ways=False)
-    np.testing.assert_allclose(one.distance, both.distance, atol=1e-6)
-    np.testing.assert_array_equal(one.part, both.part)
-    assert np.isinf(none.distance).all()
-    assert (none.part == -1).all()
-
-
 def test_pairs_not_to_compare_stay_infinite(make_parts):
     both = stack([make_parts("a", seed=1), make_parts("b", seed=2)])
     forward, backward = matching.nearest(both, both, np.array([[False, True], [False, False]]), Matching())

@@ -87,7 +87,7 @@ def test_explanation_of_what_is_not_there(collection, make_parts):
 
 def test_times_of_the_stages_are_told(collection):
     seconds = rank(collection[0], collection, FAST).seconds
-    assert set(seconds) == {"stack", "distances", "fusion"}
+    assert set(seconds) == {"stack", "bounds", "distances"}
     assert min(seconds.values()) >= 0
 
 
