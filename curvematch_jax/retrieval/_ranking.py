@@ -177,7 +177,7 @@ def _settled(search: Search, areas: np.ndarray, count: int, progress: Progress) 
         if exact[:count].all():
             report(total, total)
             return fused, order
-        likely = order[~exact][: max(count, _AT_ONCE)]
+        likely = order[~exact][: max(count, _AT_ONCE, int(exact.sum()) // 4)]
         for some in np.split(likely, range(_MOST_AT_ONCE, len(likely), _MOST_AT_ONCE)):
             report(int(search.known.sum()), total)
             search.settle(some)
