@@ -15,21 +15,19 @@ from __future__ import annotations
 
 import argparse
 import json
-import platform
 import sys
 import time
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
-from importlib.metadata import version
 from pathlib import Path
 
 from _judge import Case, Verdict, judge, smaller
+from _record import versions, write
 from _seeds import FORMATS, suffix_of
 
 from curvematch_jax.cli._workers import in_processes
 
 _CLOCK = 30.0  # seconds; workers that share a machine are slower than their own processor time says
-_PACKAGES = ("trimesh", "numpy", "scipy", "zarr", "potpourri3d", "gpytoolbox", "pymeshfix", "fast-simplification")
 
 
 def cases(count: int, seed: int, kinds: Sequence[str] = FORMATS) -> list[Case]:
@@ -106,12 +104,11 @@ def main() -> int:
         "jobs": arguments.jobs,
         **summary(verdicts),
         "seconds": time.perf_counter() - start,
-        "python": platform.python_version(),
-        "versions": {name: version(name) for name in _PACKAGES},
+        "versions": versions("pymeshfix", "fast-simplification"),
     }
     print(json.dumps(facts, indent=1))
     if arguments.out:
-        arguments.out.write_text(json.dumps(facts, indent=1, allow_nan=False) + "\n")
+        write(arguments.out, facts)
     return 1 if facts["violations"] else 0
 
 

@@ -16,19 +16,21 @@ import argparse
 import dataclasses
 import json
 import os
-import platform
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from _generated import generated
-from _measure import cores, say
+from _measure import say
+from _record import machine, versions, write
 from _runs import resident_bytes
-from engine import rounded, versions
+from engine import rounded
 
-from curvematch_jax import Aligner, Collection, Extraction, Matching, Parts, dissimilarity_matrix, rank
+from curvematch_jax import Aligner, Collection, Extraction, Matching, Parts, StoredParts, build_matrix, rank, save_parts
 from curvematch_jax._optional import require
 
 _MODELS = 5000
@@ -50,24 +52,18 @@ def main() -> None:
         print(json.dumps(query(case) if what == "query" else matrix(int(case))))
         return
     results = report(_COUNTS if options.full else _COUNTS[:-1])
-    text = json.dumps(rounded(results), indent=1, allow_nan=False)
-    print(text)
+    facts: Any = rounded(results)
+    print(json.dumps(facts, indent=1, allow_nan=False))
     if options.out:
-        options.out.parent.mkdir(parents=True, exist_ok=True)
-        options.out.write_text(text + "\n")
+        write(options.out, facts)
         picture(results["matrix"], options.out.with_suffix(".png"))
 
 
 def report(counts: tuple[int, ...]) -> dict:
     """Everything there is to say about scaling."""
     return {
-        "versions": versions("jax", "jaxlib", "numpy", "scipy"),
-        "machine": {
-            "processor": platform.processor() or platform.machine(),
-            "cores": cores(),
-            "of": os.cpu_count(),
-            "load_before": os.getloadavg()[0],
-        },
+        "versions": versions(),
+        "machine": machine() | {"load_before": os.getloadavg()[0]},
         "query": {case: _elsewhere("query", case) for case in _CASES},
         "matrix": [_elsewhere("matrix", str(count)) for count in counts],
     }
@@ -111,23 +107,42 @@ def _timed(one: Parts, ready: Collection, top: int | None) -> dict:
 
 
 def matrix(count: int) -> dict:
-    """A matrix of small models in this process."""
-    parts = list(generated(count, parts=(1, 1), settings=_SMALL))
+    """A matrix of small models on disk in this process, their parts read when they are needed."""
     matching = dataclasses.replace(Matching(), aligner=_SMALL_ALIGNER)
-    dissimilarity_matrix(parts[:3], matching)
-    before = resident_bytes("VmRSS")
-    started = time.perf_counter()
-    dissimilarity_matrix(parts, matching)
-    seconds = time.perf_counter() - started
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        told: list[tuple[float, float]] = [(0.0, 0.0)]
+        paths = [folder / "parts" / f"{k}.npz" for k in range(count)]
+        for path, parts in zip(paths, generated(count, parts=(1, 1), settings=_SMALL), strict=True):
+            save_parts(parts, path)
+        build_matrix(StoredParts(paths[:40]), folder / "warm.zarr", matching)
+        before, started = resident_bytes("VmRSS"), time.perf_counter()
+
+        def progress(done: int, total: int) -> None:
+            told.append((time.perf_counter() - started, done / total))
+
+        build_matrix(StoredParts(paths), folder / "D.zarr", matching, progress)
+        seconds = time.perf_counter() - started
+        stored = sum(path.stat().st_size for path in (folder / "D.zarr").rglob("*") if path.is_file())
     pairs = count * (count - 1) // 2
     return {
         "models": count,
         "pairs": pairs,
         "seconds": seconds,
         "microseconds_a_pair": seconds / pairs * 1e6,
+        "predicted_over_needed": _predicted(told),
         "bytes_before": before,
         "peak_bytes": resident_bytes("VmHWM"),
+        "stored_bytes": stored,
     }
+
+
+def _predicted(told: list[tuple[float, float]]) -> float:
+    """The time for the blocks that is left after the first tenth as it is shown then, over the one that it took."""
+    blocks = [(seconds, share) for (seconds, share), (_, last) in zip(told[1:], told, strict=False) if share >= last]
+    begun, end = blocks[0][0], next(seconds for seconds, share in blocks if share >= 1)
+    seconds, share = next(row for row in blocks if row[1] >= 0.1)
+    return (seconds - begun) / share * (1 - share) / max(end - seconds, 1e-9)
 
 
 def _elsewhere(what: str, case: str) -> dict:
@@ -148,7 +163,8 @@ def picture(rows: list[dict], path: Path) -> None:
     memory, cost = figure.subplots(1, 2)
     models = [row["models"] for row in rows]
     memory.loglog(models, [row["peak_bytes"] / 2**20 for row in rows], "o-", color="#2b6cb0", label="peak")
-    memory.loglog(models, [8 * count**2 / 2**20 for count in models], "--", color="#999999", label="the matrix itself")
+    memory.loglog(models, [row["stored_bytes"] / 2**20 for row in rows], "--", color="#999999", label="on disk")
+    memory.loglog(models, [8 * count**2 / 2**20 for count in models], ":", color="#999999", label="the matrix alone")
     memory.set(xlabel="models", ylabel="memory of the process, MiB")
     memory.legend(frameon=False)
     cost.loglog(models, [row["microseconds_a_pair"] for row in rows], "o-", color="#2b6cb0")

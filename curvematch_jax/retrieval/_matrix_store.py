@@ -137,6 +137,8 @@ class MatrixStore:
     def wanted(self, one: int, other: int) -> np.ndarray:
         """Which objects of two blocks have still to be compared, bool."""
         rows, columns = self._ranges(one, other)
+        if not self._was_partial(one, other):
+            return compared(rows, columns)
         forward, backward = self._cells(rows, columns)[:, 0], self._cells(columns, rows)[:, 0].T
         return compared(rows, columns) & (np.isnan(forward) | np.isnan(backward))
 
@@ -189,9 +191,10 @@ class MatrixStore:
             ) from error
 
     def _write(self, rows: range, columns: range, cells: np.ndarray) -> None:
-        merged = np.where(np.isnan(cells), self._cells(rows, columns), cells)
+        if self._was_partial(rows.start // BLOCK, columns.start // BLOCK):
+            cells = np.where(np.isnan(cells), self._cells(rows, columns), cells)
         with writing(self.path):
-            self._distances[rows.start : rows.stop, :, columns.start : columns.stop] = merged
+            self._distances[rows.start : rows.stop, :, columns.start : columns.stop] = cells
 
     def _padded(self, rows: range, distances: np.ndarray) -> np.ndarray:
         """Distances (P1, M2) of the parts of a block's objects as (B, C, M2)."""
