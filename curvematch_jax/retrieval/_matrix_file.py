@@ -113,12 +113,12 @@ def load_matrix(path: str | os.PathLike[str]) -> SavedMatrix:
     try:
         array: Any = zarr.open_group(path, mode="r")["dissimilarity"]
         shape, kind = tuple(array.shape), np.dtype(array.dtype).kind
-        lacking = array.nchunks - array.nchunks_initialized
     except Exception as error:  # zarr's stores and codecs raise what they like
         raise ValueError(f"{path}: the matrix is damaged ({type(error).__name__})") from error
     # Before anything is read: a few bytes can claim to be any number of values.
     if shape != (len(names), len(names)) or kind != "f":
         raise ValueError(f"{path}: the matrix is damaged: {len(names)} names, values of shape {shape} and kind {kind}")
+    lacking = array.nchunks - array.nchunks_initialized
     if lacking or math.prod(array.chunks) > _LARGEST_CHUNK:
         raise ValueError(f"{path}: the matrix is damaged: it lacks {lacking} chunks of {array.chunks} values")
     try:

@@ -1,6 +1,7 @@
 """Matrices survive the disk; damaged and foreign ones are refused by name."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -100,4 +101,16 @@ def test_values_that_are_lost_or_no_numbers_are_refused(saved, tmp_path):
     (chunk,) = (tmp_path / "D.zarr" / "dissimilarity" / "c").glob("*/*")
     chunk.unlink()
     with pytest.raises(ValueError, match="lacks 1 chunks"):
+        load_matrix(tmp_path / "D.zarr")
+
+
+@pytest.mark.parametrize("shape", [(60000, 60000), (1 << 62, 1 << 62), (3,), (0, 0)])
+def test_claimed_sizes_are_refused_before_anything_is_counted(saved, tmp_path, shape):
+    save_matrix(saved, tmp_path / "D.zarr")
+    file = tmp_path / "D.zarr" / "dissimilarity" / "zarr.json"
+    facts = json.loads(file.read_text())
+    facts["shape"] = shape
+    facts["chunk_grid"]["configuration"]["chunk_shape"] = [1] * len(shape)
+    file.write_text(json.dumps(facts))
+    with pytest.raises(ValueError, match="the matrix is damaged"):
         load_matrix(tmp_path / "D.zarr")
