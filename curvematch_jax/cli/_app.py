@@ -191,7 +191,7 @@ def run(arguments: Sequence[str]) -> int:
         complain(f"{problem.format_message().rstrip('.')} (see curvematch --help)")
         return USAGE
     except (KeyboardInterrupt, typer.Abort):
-        complain("interrupted")
+        complain("interrupted; what was finished is kept")
         return _INTERRUPTED
     except Exception as error:
         if os.environ.get("CURVEMATCH_TRACEBACK"):

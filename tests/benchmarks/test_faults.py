@@ -1,7 +1,5 @@
 """A few kills of each command; `benchmarks/faults.py` does a hundred."""
 
-import pytest
-
 from benchmarks.faults import Campaign, kill_again_and_again, matrix_scenario, parts_scenario
 
 
@@ -12,7 +10,6 @@ def test_killed_matrices_end_with_the_same_bytes(tmp_path):
     assert found.sound
 
 
-@pytest.mark.slow
 def test_killed_extractions_end_with_the_same_bytes(tmp_path):
     found = kill_again_and_again(parts_scenario(tmp_path, poses=1), tmp_path / "runs", kills=2, seed=1)
     assert found.kills == 2
