@@ -118,9 +118,11 @@ def load_matrix(path: str | os.PathLike[str]) -> SavedMatrix:
     # Before anything is read: a few bytes can claim to be any number of values.
     if shape != (len(names), len(names)) or kind != "f":
         raise ValueError(f"{path}: the matrix is damaged: {len(names)} names, values of shape {shape} and kind {kind}")
+    if not 0 < math.prod(array.chunks) <= _LARGEST_CHUNK:
+        raise ValueError(f"{path}: the matrix is damaged: its chunks have {array.chunks} values")
     lacking = array.nchunks - array.nchunks_initialized
-    if lacking or math.prod(array.chunks) > _LARGEST_CHUNK:
-        raise ValueError(f"{path}: the matrix is damaged: it lacks {lacking} chunks of {array.chunks} values")
+    if lacking:
+        raise ValueError(f"{path}: the matrix is damaged: it lacks {lacking} of {array.nchunks} chunks")
     try:
         values = np.asarray(array)
     except Exception as error:

@@ -104,13 +104,16 @@ def test_values_that_are_lost_or_no_numbers_are_refused(saved, tmp_path):
         load_matrix(tmp_path / "D.zarr")
 
 
-@pytest.mark.parametrize("shape", [(60000, 60000), (1 << 62, 1 << 62), (3,), (0, 0)])
-def test_claimed_sizes_are_refused_before_anything_is_counted(saved, tmp_path, shape):
+@pytest.mark.parametrize(
+    ("shape", "chunk"),
+    [((60000, 60000), 1), ((1 << 62, 1 << 62), 3), ((3,), 3), ((0, 0), 3), ((3, 3), 0), ((3, 3), 1 << 40)],
+)
+def test_claimed_sizes_are_refused_before_anything_is_counted(saved, tmp_path, shape, chunk):
     save_matrix(saved, tmp_path / "D.zarr")
     file = tmp_path / "D.zarr" / "dissimilarity" / "zarr.json"
     facts = json.loads(file.read_text())
     facts["shape"] = shape
-    facts["chunk_grid"]["configuration"]["chunk_shape"] = [1] * len(shape)
+    facts["chunk_grid"]["configuration"]["chunk_shape"] = [chunk] * len(shape)
     file.write_text(json.dumps(facts))
     with pytest.raises(ValueError, match="the matrix is damaged"):
         load_matrix(tmp_path / "D.zarr")
