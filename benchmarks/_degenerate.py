@@ -18,7 +18,7 @@ def degenerate(mesh: Mesh, random: Random) -> Mesh:
     for _ in range(random.integers(1, 4)):
         change: Callable = _CHANGES[random.integers(len(_CHANGES))]
         with np.errstate(all="ignore"):
-            vertices, faces = change(vertices, faces, random)
+            vertices, faces = change(vertices.copy(), faces.copy(), random)
         faces = faces if len(faces) else mesh.faces
     return Mesh(np.nan_to_num(vertices, posinf=1e308, neginf=-1e308), faces, mesh.name)
 
