@@ -305,3 +305,9 @@ def _check_arrays(fields: Mapping[str, np.ndarray], settings: Extraction) -> Non
             raise ValueError(f"{name} has shape {fields[name].shape}, and {shape} was expected")
         if not np.isfinite(fields[name]).all():
             raise ValueError(f"{name} holds values that are not finite")
+    for name in ("lengths", "fronts", "areas", "between"):
+        if (fields[name] < 0).any():
+            raise ValueError(f"{name} holds negative values")
+    for name in ("area", "diameter"):
+        if not fields[name] > 0:
+            raise ValueError(f"{name} is {fields[name]}, and has to be more than 0")

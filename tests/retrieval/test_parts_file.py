@@ -127,6 +127,8 @@ def test_missing_file_folder_and_pipe(make_parts, tmp_path):
         ({"lengths": np.zeros((3, 4))}, r"lengths has shape \(3, 4\)"),
         ({"areas": np.array([0.1, np.nan, 0.1])}, "areas holds values that are not finite"),
         ({"area": np.inf}, "area holds values that are not finite"),
+        ({"area": -1.0}, "area is -1.0, and has to be more than 0"),
+        ({"areas": np.array([0.1, -0.1, 0.1])}, "areas holds negative values"),
         ({"mask": np.ones((3, 3))}, "type <f8 where parts have another"),
         ({"curves": np.zeros((3, 3, 3, 32), ">f4").T}, "damaged"),
         ({"name": ["a", "b"]}, "name has shape"),
