@@ -211,15 +211,11 @@ def _verdict(
 
 def start(scenario: Scenario, out: Path, largest: int | None = None) -> subprocess.Popen[bytes]:
     """The command in a process of its own; `largest` is a limit on the bytes of a file."""
-
-    def limit() -> None:
-        if largest is not None:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
-
     environment = os.environ | {"PYTHONPATH": str(_ROOT)}
-    return subprocess.Popen(
-        scenario.command(out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment, preexec_fn=limit
-    )
+    process = subprocess.Popen(scenario.command(out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment)
+    if largest is not None:  # Long before it writes anything: it has just begun to load Python.
+        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (largest, largest))
+    return process
 
 
 def run(scenario: Scenario, out: Path) -> subprocess.CompletedProcess:
