@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ..retrieval import Matching, StoredParts, build_matrix, matrix_status, run_settings
 from ..retrieval._cluster import connect
+from ..retrieval._matrix_file import vacant
 from ..surface import Extraction
 from ._commands import SOME_FAILED, report_failures
 from ._inputs import Failure, Source, find_sources, gather, is_parts
@@ -29,7 +30,7 @@ def make_matrix(
 ) -> int:
     """Meshes or parts to a dissimilarity matrix, or what is missing of it; parts of meshes are kept beside it."""
     started = time.perf_counter()
-    present = matrix_status(out).done if out.exists() else 0  # Asked before long work: something else may be there.
+    present = 0 if vacant(out) else matrix_status(out).done  # Asked before long work: something else may be there.
     sources = find_sources(inputs)
     paths, failed = _stored(sources, out.with_suffix(".parts"), extraction, jobs, output)
     report_failures(failed, len(paths), output)

@@ -77,7 +77,7 @@ def save_matrix(saved: SavedMatrix, path: str | os.PathLike[str]) -> None:
     import zarr
 
     path = Path(path)
-    if path.exists():
+    if not vacant(path):
         matrix_attributes(path)
     attributes: Any = {
         "curvematch_matrix": MATRIX_FORMAT,
@@ -174,6 +174,11 @@ def distinct_names(paths: Sequence[str | os.PathLike[str]], least: int | Sequenc
         seen[parts] += 1
         names.append("/".join(parts[-length:]) + (f"#{seen[parts]}" if seen[parts] > 1 else ""))
     return names
+
+
+def vacant(path: Path) -> bool:
+    """Whether there is nothing at a path, or an empty folder: a matrix may be made there."""
+    return not path.exists() or (path.is_dir() and not any(path.iterdir()))
 
 
 def matrix_attributes(path: Path) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from ..surface import Extraction, Parts
 from ._blocks import BLOCK, Block, block_pairs, block_range, compared, fused_row
 from ._files import replacing, writing
 from ._matching import Matching
-from ._matrix_file import MATRIX_FORMAT, chunks, matrix_attributes
+from ._matrix_file import MATRIX_FORMAT, chunks, matrix_attributes, vacant
 from ._parts_file import fingerprint, require_same_settings
 
 _LEAST_PARTS = 64
@@ -69,7 +69,7 @@ def open_matrix(
         ValueError: when it is something else, or was made with other objects or settings, naming the first difference.
     """
     path, settings = Path(path), run_settings(objects[0].settings, matching)
-    if not path.exists():
+    if vacant(path):
         _create(path, objects, settings)
     for leftover in path.rglob("*.partial"):  # What zarr was writing when the process was killed.
         leftover.unlink()

@@ -36,6 +36,7 @@ def contents(folder):
 
 def test_the_same_command_goes_on_and_adds_what_is_new(parts, tmp_path, capsys):
     out = tmp_path / "D.zarr"
+    out.mkdir()  # An empty folder is as good as none.
     assert result(capsys, parts, "--out", out)["blocks"] == {"computed": 3, "present": 0}
     before = contents(out)
     assert result(capsys, parts, "--out", out)["blocks"] == {"computed": 0, "present": 3}
