@@ -177,7 +177,8 @@ class MatrixStore:
         """Distances (B, C', M) of a block of objects, as many parts as there are at most."""
         most, objects = int(self.counts.max(initial=1)), len(self.counts)
         blocks = [block_range(k, objects) for k in range(-(-objects // BLOCK))]
-        return np.concatenate([self._cells(rows, columns)[:, : max(most, 1)] for columns in blocks], axis=2)
+        # Copies, as a view of a few parts would hold the memory of all that there is room for.
+        return np.concatenate([self._cells(rows, columns)[:, :most].copy() for columns in blocks], axis=2)
 
     def _cells(self, rows: range, columns: range) -> np.ndarray:
         try:
