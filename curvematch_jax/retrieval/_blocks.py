@@ -30,9 +30,14 @@ def block_pairs(objects: int) -> list[tuple[int, int]]:
     return list(combinations_with_replacement(range(-(-objects // BLOCK)), 2))
 
 
-def block_range(block: int, objects: int) -> range:
-    """The objects of a block."""
-    return range(block * BLOCK, min((block + 1) * BLOCK, objects))
+def all_blocks(objects: int) -> list[range]:
+    """The objects of each block."""
+    return [_block(k, objects) for k in range(-(-objects // BLOCK))]
+
+
+def block_ranges(one: int, other: int, objects: int) -> tuple[range, range]:
+    """The objects of two blocks."""
+    return _block(one, objects), _block(other, objects)
 
 
 def compared(one: range, other: range) -> np.ndarray:
@@ -63,6 +68,10 @@ def fused_row(
     if others.any():
         row[others] = fuse(distances[:, others].astype(np.float64), areas, present[others], matching).dissimilarity
     return row
+
+
+def _block(k: int, objects: int) -> range:
+    return range(k * BLOCK, min((k + 1) * BLOCK, objects))
 
 
 def _float(distances: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._progress import Progress, reporter
 from ..surface import Parts
-from ._blocks import block_distances, block_pairs, block_range, compared, fused_row
+from ._blocks import block_distances, block_pairs, block_ranges, compared, fused_row
 from ._files import locked
 from ._matching import BEST, Matching
 from ._matrix_store import MatrixStore, describe, open_matrix
@@ -88,15 +88,15 @@ def build_matrix(
 def part_to_object(
     parts: Sequence[Parts], matching: Matching, progress: Progress = False, client: Client | None = None
 ) -> np.ndarray:
-    """Distance of every part to every object, (P, M)."""
+    """Distance of every part to every object, (P, M); NaN to its own."""
     counts = np.array([len(p.areas) for p in parts])
     starts = np.cumsum([0, *counts])
-    distances = np.zeros((starts[-1], len(counts)), np.float32)
+    distances = np.full((starts[-1], len(counts)), np.nan, np.float32)  # What is not computed has to show.
     pairs = block_pairs(len(parts))
-    tasks = _tasks(parts, pairs, lambda one, other: compared(*_ranges(len(parts), one, other)), matching)
+    tasks = _tasks(parts, pairs, lambda one, other: compared(*block_ranges(one, other, len(parts))), matching)
     advance = _progress(progress, counts, pairs, pairs)
     for key, block in _run(client)(block_distances, tasks):
-        one, other = _ranges(len(parts), *key)
+        one, other = block_ranges(key[0], key[1], len(parts))
         _fill(distances, starts, one, other, block.forward)
         _fill(distances, starts, other, one, block.backward)
         advance(key)
@@ -154,7 +154,7 @@ def _tasks(
     """The arguments of `block_distances` for each pair of blocks; of a row of blocks the first is read once."""
     held, first = -1, []
     for one, other in pairs:
-        rows, columns = _ranges(len(parts), one, other)
+        rows, columns = block_ranges(one, other, len(parts))
         if one != held:
             held, first = one, [parts[i] for i in rows]
         second = first if one == other else [parts[j] for j in columns]
@@ -192,12 +192,8 @@ def _progress(
 
 
 def _cost(counts: np.ndarray, pair: tuple[int, int]) -> int:
-    one, other = _ranges(len(counts), *pair)
+    one, other = block_ranges(*pair, len(counts))
     return int(counts[one.start : one.stop] @ compared(one, other) @ counts[other.start : other.stop])
-
-
-def _ranges(objects: int, one: int, other: int) -> tuple[range, range]:
-    return block_range(one, objects), block_range(other, objects)
 
 
 def _fill(distances: np.ndarray, starts: np.ndarray, rows: range, columns: range, values: np.ndarray) -> None:

@@ -20,7 +20,7 @@ import numpy as np
 
 from .._progress import Progress, reporter
 from ..surface import Extraction, Parts
-from ._blocks import BLOCK, Block, block_pairs, block_range, compared, fused_row
+from ._blocks import BLOCK, Block, all_blocks, block_pairs, block_ranges, compared, fused_row
 from ._files import replacing, writing
 from ._matching import Matching
 from ._matrix_file import MATRIX_FORMAT, chunks, matrix_attributes, vacant
@@ -71,9 +71,9 @@ def open_matrix(
     path, settings = Path(path), run_settings(objects[0].settings, matching)
     if vacant(path):
         _create(path, objects, settings)
+    store = MatrixStore(path)  # Before anything is touched: `path` may be somebody's folder.
     for leftover in path.rglob("*.partial"):  # What zarr was writing when the process was killed.
         leftover.unlink()
-    store = MatrixStore(path)
     _require_settings(path, store.attributes["settings"], json.loads(json.dumps(settings)))
     order, added = _places(path, store.attributes, objects)
     store.grow(added)
@@ -119,10 +119,11 @@ class MatrixStore:
             self.attributes = _attributes(self.attributes, added)
             with writing(self.path):
                 self._group.attrs.put(self.attributes)
-        if self._distances.shape[0] < objects:
-            self._distances.resize((objects, self._distances.shape[1], objects))
-        if self._dissimilarity.shape[0] < objects:
-            self._dissimilarity.resize((objects, objects))
+        with writing(self.path):
+            if self._distances.shape[0] < objects:
+                self._distances.resize((objects, self._distances.shape[1], objects))
+            if self._dissimilarity.shape[0] < objects:
+                self._dissimilarity.resize((objects, objects))
         self._open()
 
     def missing(self) -> list[tuple[int, int]]:
@@ -160,8 +161,7 @@ class MatrixStore:
             return
         objects, present = len(self.counts), self.counts > 0
         report = reporter(progress, "rows", "objects")
-        for block in range(-(-objects // BLOCK)):
-            rows = block_range(block, objects)
+        for rows in all_blocks(objects):
             distances = self._row(rows)
             fused = [
                 fused_row(distances[k, : self.counts[i]], areas[i], i, present, matching) for k, i in enumerate(rows)
@@ -175,15 +175,16 @@ class MatrixStore:
 
     def _row(self, rows: range) -> np.ndarray:
         """Distances (B, C', M) of a block of objects, as many parts as there are at most."""
-        most, objects = int(self.counts.max(initial=1)), len(self.counts)
-        blocks = [block_range(k, objects) for k in range(-(-objects // BLOCK))]
+        most, blocks = int(self.counts.max(initial=1)), all_blocks(len(self.counts))
         # Copies, as a view of a few parts would hold the memory of all that there is room for.
         return np.concatenate([self._cells(rows, columns)[:, :most].copy() for columns in blocks], axis=2)
 
     def _cells(self, rows: range, columns: range) -> np.ndarray:
         try:
             return np.asarray(self._distances[rows.start : rows.stop, :, columns.start : columns.stop])
-        except Exception as error:  # zarr's stores and codecs raise what they like
+        except (OSError, MemoryError):
+            raise  # The chunk may be sound.
+        except Exception as error:  # zarr's codecs raise what they like
             one, other = rows.start // BLOCK, columns.start // BLOCK
             chunk = self.path / "distances" / "c" / str(one) / "0" / str(other)
             chunk.unlink(missing_ok=True)
@@ -205,7 +206,7 @@ class MatrixStore:
         return cells
 
     def _ranges(self, one: int, other: int) -> tuple[range, range]:
-        return block_range(one, len(self.counts)), block_range(other, len(self.counts))
+        return block_ranges(one, other, len(self.counts))
 
     def _was_partial(self, *blocks: int) -> bool:
         """Whether one of the blocks had fewer objects once: what was written then does not have them all."""

@@ -242,3 +242,34 @@ def test_status_knows_the_rate_of_the_last_blocks(collection, tmp_path):
     status = matrix_status(path)
     assert (status.done, status.left, status.rate) == (3, 3, pytest.approx(0.1))
     assert status.seconds_left == pytest.approx(30)
+
+
+def test_somebody_s_folder_is_left_as_it_is(collection, tmp_path):
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "chapter.partial").write_text("dear")
+    with pytest.raises(ValueError, match="not a curvematch matrix"):
+        build_matrix(collection, tmp_path / "thesis", SETTINGS)
+    assert (tmp_path / "thesis" / "chapter.partial").read_text() == "dear"
+
+
+def test_a_block_that_cannot_be_read_now_is_not_removed(collection, tmp_path, monkeypatch):
+    from zarr.storage import _local
+
+    path = tmp_path / "D.zarr"
+    with monkeypatch.context() as patch:
+        stop_after(8, patch)
+        with pytest.raises(KeyboardInterrupt):
+            build_matrix(collection, path, SETTINGS)
+    chunk = path / "distances" / "c" / "0" / "0" / "1"
+    get = _local._get
+
+    def failing(place, *rest):
+        if place == chunk:
+            raise OSError(errno.EIO, "Input/output error", str(place))
+        return get(place, *rest)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(_local, "_get", failing)
+        with pytest.raises(OSError, match="Input/output error"):
+            build_matrix(collection, path, SETTINGS)
+    assert chunk.exists()
