@@ -7,6 +7,8 @@ import jax.core
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
+from ._aligner import Aligner
+
 MIN_SAMPLES = 8
 _OPEN = 4.0
 
@@ -85,3 +87,35 @@ def _which(bad: Any) -> str:
     first = int(np.argmax(bad))
     more = int(bad.sum()) - 1
     return f"curve {first}" + (f" and {more} more" if more else "") + f" of {bad.size}"
+
+
+def as_shapes(name, curve):
+    return as_curves(name, curve)
+
+
+def as_aligner(aligner: Any, default: Any) -> Any:
+    """The aligner, or what `default` makes where it is None; `ValueError` for anything else."""
+    if aligner is None:
+        return default()
+    if not isinstance(aligner, Aligner):
+        raise ValueError(f"aligner = {aligner!r}: give an aligner, such as Aligner.fast() or Aligner.accurate().")
+    return aligner
+
+
+def check_path(curve1: Array, curve2: Array, rotation: Array, warp1: Array, warp2: Array) -> tuple[int, ...]:
+    """The batch of a path; `ValueError` unless its shapes are those of a path of these curves."""
+    d = curve1.shape[-2]
+    if rotation.shape[-2:] != (d, d):
+        raise ValueError(f"rotation has shape {rotation.shape}: for curves of d = {d} give (*batch, {d}, {d}).")
+    if warp1.ndim < 1 or warp1.shape[-1:] != warp2.shape[-1:] or warp1.shape[-1] < 2:
+        raise ValueError(
+            f"warp1 and warp2 have shapes {warp1.shape} and {warp2.shape}: give the two warps of one path, "
+            "(*batch, m + 1) with one m, at least 1."
+        )
+    batches = [x.shape[:-k] for x, k in ((curve1, 2), (curve2, 2), (rotation, 2), (warp1, 1), (warp2, 1))]
+    try:
+        return np.broadcast_shapes(*batches)
+    except ValueError:
+        raise ValueError(
+            f"the batches of curve1, curve2, rotation, warp1 and warp2, {', '.join(map(str, batches))}, do not broadcast."
+        ) from None

@@ -1,9 +1,7 @@
-"""Closed curves: length, centre, resampling, and what alignment needs to know of one curve.
+"""Closed curves: length, centre, resampling.
 
 A closed curve is the trigonometric interpolant of its samples: smooth between them, and differentiated exactly.
 """
-
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -75,26 +73,6 @@ def resample(curve: ArrayLike, n: int) -> Float[Array, "*b d {n}"]:
     return spectrum.real[..., :1] + 2 * waves
 
 
-class Representative(NamedTuple):
-    """What alignment needs to know of curves. Arc length is counted from the first sample, the whole is 1."""
-
-    tangents: Float[Array, "*b d t"]  # unit tangents at equal arc lengths: the SRVF of the arc-length representative
-    arcs: Float[Array, "*b m+1"]  # arc length at equal parameters, 0 to 1
-    times: Float[Array, "*b t+1"]  # parameter at equal arc lengths, 0 to 1
-
-
-def represent(curve: Float[Array, "*b d n"], tangents: int, fineness: int) -> Representative:
-    """Tabulate closed curves for alignment: `tangents` at equal arc lengths, arc lengths at `fineness n` parameters."""
-    speed_vector = velocity(curve, _OVERSAMPLING * curve.shape[-1])
-    speed = norm(speed_vector)
-    arcs = _arc_length(speed)
-    times = _times(arcs, tangents)
-    field = interpolate(srvf_of(speed_vector), times[..., :-1])
-    size = norm(field)[..., None, :]
-    field = field / jnp.where(size > 0, size, 1)
-    return Representative(field, _refined_arcs(arcs, speed, fineness), times)
-
-
 def srvf_of(speed_vector: Float[Array, "*b d n"]) -> Float[Array, "*b d n"]:
     """`v / sqrt|v|`, scaled to unit L2 norm; zero where `v` is."""
     speed = norm(speed_vector)
@@ -119,17 +97,6 @@ def _arc_length(speed: Float[Array, "*b m"]) -> Float[Array, "*b m+1"]:
     arcs = jnp.cumsum(speed + jnp.roll(speed, -1, axis=-1), axis=-1)
     arcs = jnp.concatenate([jnp.zeros_like(arcs[..., :1]), arcs], axis=-1)
     return arcs / jnp.where(arcs[..., -1:] > 0, arcs[..., -1:], 1)
-
-
-def _refined_arcs(arcs: Float[Array, "*b nodes"], speed: Float[Array, "*b m"], fineness: int) -> Float[Array, "*b k"]:
-    """Arc length at `fineness` parameters to a sample of the curve: the speed is linear between its own samples."""
-    if fineness <= _OVERSAMPLING and _OVERSAMPLING % fineness == 0:
-        return arcs[..., :: _OVERSAMPLING // fineness]
-    m = speed.shape[-1] * fineness // _OVERSAMPLING
-    place = jnp.arange(m, dtype=speed.dtype) / m
-    place = jnp.broadcast_to(place, (*speed.shape[:-1], m))
-    fine = interpolate(speed[..., None, :], place)[..., 0, :]
-    return _arc_length(fine)
 
 
 def _times(arcs: Float[Array, "*b nodes"], n: int) -> Float[Array, "*b {n}+1"]:

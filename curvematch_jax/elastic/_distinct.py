@@ -23,17 +23,13 @@ def distinct(curves: np.ndarray) -> tuple[np.ndarray, Places]:
     return curves, places
 
 
-def original_warp(warp: np.ndarray, places1: Places, places2: Places) -> np.ndarray:
-    """Warps `(b, m + 1)` between distinct curves, as warps between the curves as they were given."""
-    warp = np.array(warp)
-    grid = np.linspace(0, 1, warp.shape[1])
-    for index in places1.keys() | places2.keys():
-        gamma = warp[index]
-        if index in places1:
-            gamma = _lift(_lift(grid, _equal(places1[index]), places1[index]), grid, gamma)
-        if index in places2:
-            gamma = _lift(gamma, places2[index], _equal(places2[index]))
-        warp[index] = np.append(gamma[:-1], gamma[0] + 1)
+def original_parameter(warp: np.ndarray, places: Places) -> np.ndarray:
+    """Warps `(b, m + 1)` into the parameters of distinct curves, as warps into those of the curves as given."""
+    if places:
+        warp = np.array(warp)
+    for index, place in places.items():
+        moved = _lift(warp[index], place, _equal(place))
+        warp[index] = np.append(moved[:-1], moved[0] + 1)
     return warp
 
 

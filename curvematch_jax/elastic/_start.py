@@ -2,6 +2,7 @@
 
 from functools import reduce
 from operator import add
+from typing import NamedTuple
 
 import jax.numpy as jnp
 from jax import lax
@@ -34,11 +35,24 @@ def find_starts(
     return shift, jnp.take_along_axis(c, shift[None, None], axis=2)
 
 
-def peak_shift(c: Float[Array, "d d n b"]) -> tuple[Float[Array, " b"], Float[Array, "d d b"]]:
-    """The best shift, in samples: vertex of the parabola through the peak; and the covariance there."""
+class Peak(NamedTuple):
+    """The best shift of one curve against another.
+
+    Between the samples it is the vertex of the parabola through the gain at the peak and beside it; `weights` are those
+    of the parabola through three samples there, the nearest in the middle, and `covariance` is so interpolated.
+    """
+
+    shift: Float[Array, " b"]  # in samples
+    nearest: Int[Array, " b"]
+    weights: tuple[Float[Array, " b"], Float[Array, " b"], Float[Array, " b"]]
+    covariance: Float[Array, "d d b"]
+
+
+def best_start(c: Float[Array, "d d n b"]) -> Peak:
+    """The shift with the largest rotation gain."""
     gain = rotation_gain(c)
     n = gain.shape[0]
-    top = jnp.argmax(gain, axis=0)
+    top = jnp.argmax(gain, axis=0).astype(jnp.int32)
 
     def at(field, offset):
         index = ((top + offset) % n).reshape((1,) * (field.ndim - 1) + (-1,))
@@ -50,4 +64,4 @@ def peak_shift(c: Float[Array, "d d n b"]) -> tuple[Float[Array, " b"], Float[Ar
     x = jnp.clip(offset, -0.5, 0.5)
     weights = (x * (x - 1) / 2, 1 - x * x, x * (x + 1) / 2)
     covariance = reduce(add, (w[None, None] * at(c, k) for w, k in zip(weights, (-1, 0, 1), strict=True)))
-    return top.astype(x.dtype) + x, covariance
+    return Peak(top.astype(x.dtype) + x, top, weights, covariance)

@@ -1,0 +1,88 @@
+"""Alignment by rotation and start point alone, both curves by arc length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ._aligner import Aligner, Alignment, check_least
+from ._certify import path_distance
+from ._lanes import dot, mean_last, rotate
+from ._lookup import lifted
+from ._rotation import best_rotation
+from ._start import Peak, best_start, shift_covariances
+from ._tables import CurveTable, tabulate
+
+_KNOTS = 256
+
+
+class RigidTable(NamedTuple):
+    """Tangents at equal arc lengths; and the whole table, where distances are measured, not estimated."""
+
+    tangents: Float[Array, "b d n"]
+    curve: CurveTable | None
+
+
+@dataclass(frozen=True)
+class Rigid(Aligner):
+    """Alignment by rotation and start point.
+
+    Attributes:
+        grid: arc lengths at which curves are compared.
+        measured: whether `distance` is that of the alignment. Else it is an estimate from the tangents on the grid
+            alone: several times as fast, with a tenth of the memory, and a few hundredths off for curves with corners.
+        chunk: pairs computed at once.
+    """
+
+    warps: ClassVar[bool] = False
+
+    grid: int = 64
+    measured: bool = True
+    chunk: int = 256
+
+    def __post_init__(self) -> None:
+        check_least(self, {"grid": 8, "chunk": 1})
+
+    def tabulate(self, curve: Float[Array, "b d n"]) -> RigidTable:
+        table = tabulate(curve)
+        size = table.tangents.shape[-1]
+        if size % self.grid:
+            raise ValueError(f"Rigid.grid = {self.grid}: it has to divide {size}.")
+        return RigidTable(table.tangents[..., :: size // self.grid], table if self.measured else None)
+
+    def align(self, first: RigidTable, second: RigidTable) -> Alignment:
+        if first.curve is None or second.curve is None:
+            raise ValueError("Rigid(measured=False) estimates distances only: use Rigid() to align.")
+        peak = best_start(shift_covariances(first.tangents, second.tangents))
+        rotation = best_rotation(peak.covariance)
+        time = jnp.asarray(np.arange(_KNOTS + 1) / _KNOTS, peak.shift.dtype)[None]
+        half = (peak.shift / (2 * self.grid))[:, None]
+        warp1, warp2 = (
+            lifted(table.times, time + sign * half)[0] for table, sign in ((first.curve, -1), (second.curve, 1))
+        )
+        distance = path_distance(first.curve, second.curve, rotation, warp1, warp2, 2)
+        return Alignment(jnp.moveaxis(rotation, -1, 0), warp1, warp2, distance)
+
+    def distance(self, first: RigidTable, second: RigidTable) -> Float[Array, " b"]:
+        if self.measured:
+            return self.align(first, second).distance
+        peak = best_start(shift_covariances(first.tangents, second.tangents))
+        return _estimate(first.tangents, second.tangents, peak)
+
+
+def _estimate(t1: Float[Array, "b d n"], t2: Float[Array, "b d n"], peak: Peak) -> Float[Array, " b"]:
+    """`arccos <t1, R t2>` for t2 shifted, by a parabola between its samples; through the chord, precise near 0."""
+    n = t1.shape[-1]
+    place = peak.nearest[:, None] + jnp.asarray(np.arange(-1, n + 1), jnp.int32)
+    around = jnp.moveaxis(jnp.take_along_axis(t2, (place % n)[:, None], axis=2, mode="promise_in_bounds"), 1, 0)
+    left, middle, right = around[..., :-2], around[..., 1:-1], around[..., 2:]
+    a, b, c = (weight[:, None] for weight in peak.weights)
+    apart = jnp.moveaxis(t1, 1, 0) - rotate(best_rotation(peak.covariance)[..., None], a * left + b * middle + c * right)
+    square = lambda x: dot(x, x)  # noqa: E731
+    lost = a * b * square(left - middle) + b * c * square(middle - right) + a * c * square(left - right)
+    chord = jnp.sqrt(jnp.maximum(mean_last(square(apart) + lost), 0))
+    return 2 * jnp.arcsin(jnp.minimum(chord / 2, 1))
