@@ -21,7 +21,8 @@ def align(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | None = None) 
     """Lay two closed curves onto each other by rotation, start point and reparametrisation.
 
     Position and scale play no part; reflection and reversal are never used. When the curves are exchanged, so are the
-    warps; rotation and distance are the same. Repeated samples are harmless, unless the arrays are traced.
+    warps, and the rotation is turned back; the distance is the same. Repeated samples are harmless, unless the arrays are traced. The path has
+    no derivatives: `elastic_distance` has.
 
     Args:
         curve1, curve2: closed curves `(*b, d, n)`, periodic, without the repeated end point, d >= 2; the batches
@@ -41,7 +42,7 @@ def align(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | None = None) 
     dtype = jnp.promote_types(curve1.dtype, curve2.dtype)
     flat1, flat2 = (jnp.broadcast_to(c.astype(dtype), (*batch, *shape)).reshape(-1, *shape) for c in (curve1, curve2))
     if traced(flat1, flat2):
-        found = _align_traced(flat1, flat2, aligner)
+        found = _align_traced(aligner, flat1, flat2)
     else:
         found = _align_concrete(np.asarray(flat1), np.asarray(flat2), aligner)
     return Alignment(*(jnp.asarray(x).reshape(*batch, *x.shape[1:]) for x in found))
@@ -65,7 +66,8 @@ def _align_concrete(curve1: np.ndarray, curve2: np.ndarray, aligner: Aligner) ->
     return whole._replace(warp1=warp1, warp2=warp2)
 
 
-def _align_traced(curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"], aligner: Aligner) -> Alignment:
+@ft.partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _align_traced(aligner: Aligner, curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"]) -> Alignment:
     total = curve1.shape[0]
     if total <= aligner.chunk:
         return align_chunk(aligner, curve1, curve2)
@@ -76,6 +78,13 @@ def _align_traced(curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"], 
     ]
     found = lax.map(lambda pair: align_chunk(aligner, *pair), tuple(split))
     return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:])[:total], found)
+
+
+@_align_traced.defjvp
+def _no_derivative(aligner: Aligner, primals, tangents):
+    raise ValueError(
+        "alignments have no derivatives here, so distances have no second ones: differentiate elastic_distance, once."
+    )
 
 
 def align_chunk(aligner: Aligner, curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"]) -> Alignment:

@@ -43,7 +43,7 @@ class Aligner(abc.ABC):
 
     @abc.abstractmethod
     def tabulate(self, curve: Float[Array, "b d n"]) -> Any:
-        """What `align` has to know of each curve: arrays in any structure, `b` first. Curves are closed and of size 1."""
+        """What `align` has to know of each curve, of a size near 1: arrays in any structure, `b` first."""
 
     @abc.abstractmethod
     def align(self, first: Any, second: Any) -> Alignment:

@@ -1,12 +1,9 @@
 """The distance that a path achieves."""
 
-import functools as ft
-
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
-from ._lanes import dot, fusion_barrier, mean_last, rotate
+from ._lanes import dot, fusion_barrier, rotate
 from ._lookup import periodic
 from ._tables import CurveTable
 
@@ -26,8 +23,9 @@ def path_distance(
     """
     q1, q2 = _carried(first, warp1, nodes), rotate(rotation[..., None], _carried(second, warp2, nodes))
     apart = q1 - q2
-    square, size2 = mean_last(dot(apart, apart)), mean_last(dot(q2, q2))
-    more = mean_last(dot(apart, apart + 2 * q2))  # |q1|^2 - |q2|^2
+    mean = lambda x: jnp.mean(x, axis=-1)  # noqa: E731
+    square, size2 = mean(dot(apart, apart)), mean(dot(q2, q2))
+    more = mean(dot(apart, apart + 2 * q2))  # |q1|^2 - |q2|^2
     size1 = size2 + more
     unequal = more / (jnp.sqrt(size1) + jnp.sqrt(size2))
     square = (square - unequal * unequal) / jnp.sqrt(size1 * size2)

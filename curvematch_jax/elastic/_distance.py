@@ -23,10 +23,10 @@ def elastic_distance(
     rotation, start point and parametrisation.
 
     Differentiable in both curves, forward and reverse, under jit and vmap: at an optimal alignment the derivative of
-    the distance is the one with rotation and warp held fixed (envelope theorem). Where the distance is 0, or where two
-    alignments tie, it has no derivative; a finite value is returned there, 0 at distance 0.
-    Without a warp (`Aligner.rigid()`) the alignment is not optimal over warps, and the derivative is that of the fixed
-    alignment only, not of the distance.
+    the distance is the one with rotation and warps held fixed (envelope theorem). Where the distance is 0, or where two
+    alignments tie, it has none; a finite value is returned there: 0 up to a distance of `sqrt(eps)`, 3e-4 in float32.
+    Refused are derivatives for aligners that do not warp, whose alignment is not optimal among all paths, and second
+    derivatives, which would need those of the path.
 
     Args:
         aligner: `Aligner.accurate()` unless given.
@@ -59,7 +59,9 @@ def alignment_distance(
     check_pair(curve1, curve2)
     path = [jnp.asarray(x, curve1.dtype) for x in (rotation, warp1, warp2)]
     batch = check_path(curve1, curve2, *path)
-    rotation, warp1, warp2 = (jnp.broadcast_to(x, (*batch, *x.shape[-k:])) for x, k in zip(path, (2, 1, 1), strict=True))
+    rotation, warp1, warp2 = (
+        jnp.broadcast_to(x, (*batch, *x.shape[-k:])) for x, k in zip(path, (2, 1, 1), strict=True)
+    )
     nodes = max(1, -(-_PIECES * curve1.shape[-1] // (warp1.shape[-1] - 1)))
     q1, q2 = _carried(curve1, warp1, nodes), _carried(curve2, warp2, nodes)
     return sphere_distance(unit(q1), unit(rotation @ q2))
@@ -88,12 +90,18 @@ def _distance(aligner: Aligner, kind: str, curve1: Float[Array, "*b d n"], curve
 
 @_distance.defjvp
 def _distance_jvp(aligner: Aligner, kind: str, primals, tangents):
+    if not aligner.warps:
+        raise ValueError(f"the distance for {aligner} has no derivative: use an aligner that warps, Aligner.fast().")
     curve1, curve2 = primals
     found = align(curve1, curve2, aligner)
     if kind == "arc":
         fixed = lambda a, b: alignment_distance(a, b, found.rotation, found.warp1, found.warp2)  # noqa: E731
-        return found.distance, jax.jvp(fixed, primals, tangents)[1]
+        return found.distance, _away_from_0(found.distance, jax.jvp(fixed, primals, tangents)[1])
     path = path_between(curve1, curve2, found, "straightened")
     fixed = lambda a, b: length_to_ends(path, a, b, found)  # noqa: E731
     length = length_between(curve1, curve2, found, kind)
-    return length, jax.jvp(fixed, primals, tangents)[1]
+    return length, _away_from_0(found.distance, jax.jvp(fixed, primals, tangents)[1])
+
+
+def _away_from_0(distance: Float[Array, "*b"], slope: Float[Array, "*b"]) -> Float[Array, "*b"]:
+    return jnp.where(distance > jnp.finfo(distance.dtype).eps ** 0.5, slope, 0)

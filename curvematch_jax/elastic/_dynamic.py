@@ -1,10 +1,10 @@
 """Dynamic programming over paths of two closed curves, in a strip around the diagonal.
 
-A path is `gamma1 = tau - v`, `gamma2 = tau + v`: v = 0 at either end, `|v'| <= 1`. Of all v that are linear between the
-times `k/n` and hold multiples of `1/(S n)` there, no more than `width` of them away from 0, it finds the one with the
-largest `integral <q1(gamma1), q2(gamma2)> sqrt(1 - v'^2) dtau`, by the trapezoidal rule. A step spans one row whatever its
-slope, so nothing on its way is passed over; and both curves are treated alike (compare Bernal, Dogan and Hagwood,
-"Fast dynamic programming for elastic registration of curves", 2016).
+A path is `gamma1 = tau - v`, `gamma2 = tau + v`: v = 0 at either end, `|v'| <= 1`. Of all v that are linear between
+the times `k/n` and hold multiples of `1/(S n)` there, no more than `width` of them away from 0, it finds the one with
+the largest `integral <q1(gamma1), q2(gamma2)> sqrt(1 - v'^2) dtau`, by the trapezoidal rule. A step spans one row
+whatever its slope, so nothing on its way is passed over; and both curves are treated alike (compare Bernal, Dogan and
+Hagwood, "Fast dynamic programming for elastic registration of curves", 2016).
 
 Lanes (pairs) are the last axis of every array: one row of the strip is one vectorised loop. The number of the step that
 reaches a node best is kept in the lowest bits of the node's total, so that one maximum finds both: a relative change of
@@ -27,7 +27,7 @@ _FIRST = 1.0  # total at the start: away from 0, near which marks would be denor
 def best_path(
     q1: Float[Array, "d f l"], q2: Float[Array, "d f l"], width: int, slopes: int
 ) -> tuple[Int[Array, "n+1 l"], Float[Array, " l"]]:
-    """The best v at `k/n`, in units of `1/f`, and its integral; `f = slopes * n`, fields periodic at multiples of `1/f`."""
+    """The best v at `k/n`, in units of `1/f`, and its integral; fields at multiples of `1/f`, `f = slopes * n`."""
     total, marks = _forward(_products(q1, q2, width, slopes), slopes)
     return _backward(marks, width, slopes), total[width] - _FIRST
 

@@ -27,7 +27,7 @@ class Elastic(Aligner):
         chunk: pairs computed at once.
     """
 
-    rounds: tuple[Round, ...] = (Round(12, 32), Round(6, 64), Round(2, 192))
+    rounds: tuple[Round, ...] = (Round(16, 32, 6), Round(5, 64, 6), Round(2, 192, 6))
     paths: int = 1
     steps: int = 4
     knots: int = 256

@@ -12,12 +12,11 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 
 from ._align import align
 from ._aligner import Aligner
-from ._check import MIN_SAMPLES, as_shapes
+from ._check import MIN_SAMPLES, as_field, as_shapes
 from ._curve import centre, norm
 from ._lanes import running_sum
 from ._matched import srvfs_along
 from ._preshape import (
-    as_field,
     close,
     closure,
     great_circle,

@@ -34,7 +34,7 @@ def lifted(table: Float[Array, "p t+1"], x: Float[Array, "p k"]) -> tuple[Float[
     position = (x - turns) * size
     index = jnp.minimum(position.astype(jnp.int32), size - 1)
     both = jnp.concatenate([index, index + 1], axis=1)
-    left, right = jnp.split(fusion_barrier(_entries, table[0, -1] > 0, table[:, None], both)[:, 0], 2, axis=-1)
+    left, right = jnp.split(fusion_barrier(_entries, table[0, -1] != 2, table[:, None], both)[:, 0], 2, axis=-1)
     rise = right - left
     return left + rise * (position - index.astype(x.dtype)) + turns, rise * size
 

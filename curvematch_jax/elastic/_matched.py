@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from ._aligner import Alignment
-from ._check import as_curves, as_shapes, check_pair
+from ._check import as_curves, check_pair
 from ._curve import interpolate, oversampled, srvf_of
 
 _OVERSAMPLING = 8

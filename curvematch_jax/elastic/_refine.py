@@ -3,9 +3,9 @@
 Both curves are traversed at once: at the times `k/m` curve1 has the arc length `k/m - u_k` and curve2 `k/m + u_k`. u is
 periodic, `|u'| < 1`, and in between the curves' own parameters are linear. The residual of a piece,
 `q1(gamma1) sqrt(gamma1') - R q2(gamma2) sqrt(gamma2')` at its middle, depends on two of the u and on the rotation: the
-Gauss-Newton matrix is cyclic tridiagonal, bordered by the rotation's `d (d - 1) / 2` unknowns, and a step costs O(m). On a
-copy of a curve the residual vanishes at the solution, and the steps converge quadratically. They are damped, and
-accepted only when they improve.
+Gauss-Newton matrix is cyclic tridiagonal, bordered by the rotation's `d (d - 1) / 2` unknowns, and a step costs
+O(m log m). On a copy of a curve the residual vanishes at the solution, and the steps converge quadratically. They are
+damped, and accepted only when they improve.
 """
 
 from functools import partial
@@ -18,7 +18,7 @@ from jax import lax
 from jaxtyping import Array, Bool, Float
 
 from ._cyclic import solve_cyclic
-from ._lanes import dot, fusion_barrier, mean_last, multiply, rotate, running_sum, solve
+from ._lanes import dot, fusion_barrier, multiply, rotate, running_sum, solve
 from ._lookup import lifted, periodic
 from ._rotation import cayley, covariance, generators
 from ._tables import CurveTable
@@ -69,18 +69,19 @@ def refine(
 ) -> State:
     """The state after `steps` damped steps, each lane with its own damping; the lanes of a pair follow each other."""
 
-    def step(carry, _):
+    def step(carry, number):
         old, damping, place = carry
         new = _state(first, second, true, *place)
         better = new.chord < old.chord
         damping = jnp.where(better, jnp.maximum(damping * 0.3, _LEAST_DAMPING), jnp.minimum(damping * 8, _MOST_DAMPING))
         state = _chosen(better, new, old)
-        return (state, damping, _moved(state, damping)), None
+        place = lax.cond(number < steps, _moved, lambda state, _: (state.u, state.rotation), state, damping)
+        return (state, damping, place), None
 
     shapes = jax.eval_shape(partial(_state, first, second, None), u, rotation)
     nothing = State(*(jnp.full(x.shape, jnp.inf, x.dtype) for x in shapes))
     damping = jnp.full_like(u[:, 0], _FIRST_DAMPING / 0.3)
-    return lax.scan(step, (nothing, damping, (u, rotation)), None, length=steps + 1)[0][0]
+    return lax.scan(step, (nothing, damping, (u, rotation)), jnp.arange(steps + 1))[0][0]
 
 
 def _chosen(better: Bool[Array, " l"], new: State, old: State) -> State:
@@ -98,9 +99,7 @@ def warps_of(
     return _by_pairs(lifted, first.times, time - u)[0], _by_pairs(lifted, second.times, time + u)[0]
 
 
-def from_warps(
-    warp1: Float[Array, "l n+1"], warp2: Float[Array, "l n+1"], knots: int
-) -> Float[Array, "l {knots}"]:
+def from_warps(warp1: Float[Array, "l n+1"], warp2: Float[Array, "l n+1"], knots: int) -> Float[Array, "l {knots}"]:
     """A path between arc lengths as u."""
     middle = (warp1 + warp2) / 2
     time = jnp.asarray(np.arange(knots) / knots, warp1.dtype)
@@ -156,12 +155,13 @@ def _normal_equations(residual, q2, left, right):
     turned = generators(q2)  # how the residual changes as the rotation is turned back
     gradient, diagonal = both(dot(left, residual), dot(right, residual)), both(dot(left, left), dot(right, right))
     border = jnp.stack([both(dot(left, w), dot(right, w)) for w in turned])
-    corner = jnp.stack([jnp.stack([mean_last(dot(v, w)) for v in turned]) for w in turned])
-    turning = jnp.stack([mean_last(dot(w, residual)) for w in turned])
-    size2 = mean_last(dot(q2, q2))
-    more = mean_last(dot(residual, residual + 2 * q2))  # |q1|^2 - |q2|^2
+    mean = lambda x: jnp.mean(x, axis=-1)  # noqa: E731
+    corner = jnp.stack([jnp.stack([mean(dot(v, w)) for v in turned]) for w in turned])
+    turning = jnp.stack([mean(dot(w, residual)) for w in turned])
+    size2 = mean(dot(q2, q2))
+    more = mean(dot(residual, residual + 2 * q2))  # |q1|^2 - |q2|^2
     size = jnp.sqrt(size2) + jnp.sqrt(size2 + more)
-    chord = (mean_last(dot(residual, residual)) - (more / size) ** 2) / jnp.sqrt(size2 * (size2 + more))
+    chord = (mean(dot(residual, residual)) - (more / size) ** 2) / jnp.sqrt(size2 * (size2 + more))
     return chord, gradient, diagonal, dot(left, right) * share, border, corner, turning
 
 

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from ._aligner import Aligner, Alignment, check_least
 from ._certify import path_distance
-from ._lanes import dot, mean_last, rotate
+from ._lanes import dot, rotate
 from ._lookup import lifted
 from ._rotation import best_rotation
 from ._start import Peak, best_start, shift_covariances
@@ -81,8 +81,10 @@ def _estimate(t1: Float[Array, "b d n"], t2: Float[Array, "b d n"], peak: Peak) 
     around = jnp.moveaxis(jnp.take_along_axis(t2, (place % n)[:, None], axis=2, mode="promise_in_bounds"), 1, 0)
     left, middle, right = around[..., :-2], around[..., 1:-1], around[..., 2:]
     a, b, c = (weight[:, None] for weight in peak.weights)
-    apart = jnp.moveaxis(t1, 1, 0) - rotate(best_rotation(peak.covariance)[..., None], a * left + b * middle + c * right)
+    apart = jnp.moveaxis(t1, 1, 0) - rotate(
+        best_rotation(peak.covariance)[..., None], a * left + b * middle + c * right
+    )
     square = lambda x: dot(x, x)  # noqa: E731
     lost = a * b * square(left - middle) + b * c * square(middle - right) + a * c * square(left - right)
-    chord = jnp.sqrt(jnp.maximum(mean_last(square(apart) + lost), 0))
+    chord = jnp.sqrt(jnp.maximum(jnp.mean(square(apart) + lost, axis=-1), 0))
     return 2 * jnp.arcsin(jnp.minimum(chord / 2, 1))

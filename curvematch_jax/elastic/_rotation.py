@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
-from ._lanes import dot, frobenius, mean_last, solve
+from ._lanes import dot, frobenius, solve
 
 _NEWTON_STEPS = 8
 _SQUARINGS = 18
@@ -121,6 +121,6 @@ def cayley(x: Float[Array, "g *l"], d: int) -> Float[Array, "d d *l"]:
     return solve(one - half, one + half)
 
 
-def covariance(q1: Float[Array, "d l n"], q2: Float[Array, "d l n"]) -> Float[Array, "d d l"]:
+def covariance(q1: Float[Array, "d l n"], q2: Float[Array, "e l n"]) -> Float[Array, "d e l"]:
     """`C = mean_k q1_k q2_k^T`."""
-    return jnp.stack([jnp.stack([mean_last(x * y) for y in q2]) for x in q1])
+    return jnp.mean(q1[:, None] * q2[None], axis=-1)

@@ -1,7 +1,7 @@
 """The search for a path: from every start point on a coarse grid, then on finer ones around the paths that survive.
 
-A path is a pair of lifted warps `(gamma1, gamma2)` of one time, between arc lengths. Each round carries both curves along the
-path found so far and looks for a better one in a strip around it (`_dynamic`), the rotation solved before. A round
+A path is a pair of lifted warps `(gamma1, gamma2)` of one time, to arc lengths. Each round carries both curves along
+the path found so far and looks for a better one in a strip around it (`_dynamic`), the rotation solved before. A round
 begins where the one before had its middle, so that the start point is free, too.
 """
 
@@ -17,7 +17,7 @@ from ._dynamic import best_path
 from ._lanes import fusion_barrier, rotate
 from ._lookup import nearest
 from ._rotation import best_rotation, covariance
-from ._start import find_starts, shift_covariances
+from ._start import shift_covariances
 from ._tables import CurveTable
 
 _GRID = 64  # arc lengths at which start points are compared
@@ -49,13 +49,13 @@ def search(first: CurveTable, second: CurveTable, rounds: tuple[Round, ...], tru
 
 
 def starts(first: CurveTable, second: CurveTable, count: int) -> Paths:
-    """Both curves by arc length, from the start points where a rotation alone brings them nearest."""
+    """Both curves by arc length, from evenly spaced start points, each with the rotation that brings them nearest."""
     t1, t2 = (on_grid(table, _GRID) for table in (first, second))
-    shift, c = find_starts(shift_covariances(t1, t2), count)
-    shift = shift.T[..., None].astype(t1.dtype) / _GRID
-    even = jnp.broadcast_to(jnp.asarray([0.0, 1.0], t1.dtype), (*shift.shape[:2], 2))
+    c = shift_covariances(t1, t2)[:, :, :: _GRID // count]
     d, pairs = c.shape[0], c.shape[3]
     rotation = best_rotation(jnp.swapaxes(c, 2, 3).reshape(d, d, -1)).reshape(d, d, pairs, count)
+    even = jnp.broadcast_to(jnp.asarray([0.0, 1.0], t1.dtype), (pairs, count, 2))
+    shift = jnp.asarray(np.arange(count) / count, t1.dtype)[:, None]
     return Paths(even, even + shift, rotation, jnp.zeros((pairs, count), t1.dtype))
 
 
@@ -70,14 +70,10 @@ def _better(first: CurveTable, second: CurveTable, paths: Paths, round_: Round, 
     warps = [_divided(warp.reshape(pairs * kept, -1), fine) for warp in paths[:2]]
     if turned:
         warps = [_turned(warp) for warp in warps]
-    q1, q2 = (
-        fusion_barrier(_carried, true, table, warp) for table, warp in zip((first, second), warps, strict=True)
-    )
+    q1, q2 = (fusion_barrier(_carried, true, table, warp) for table, warp in zip((first, second), warps, strict=True))
     rotation = best_rotation(covariance(q1, q2)) if turned else paths.rotation.reshape(*paths.rotation.shape[:2], -1)
     lanes_last = lambda q: jnp.swapaxes(q, 1, 2)  # noqa: E731
-    v, cosine = best_path(
-        lanes_last(q1), lanes_last(rotate(rotation[..., None], q2)), round_.width, round_.slopes
-    )
+    v, cosine = best_path(lanes_last(q1), lanes_last(rotate(rotation[..., None], q2)), round_.width, round_.slopes)
     place = jnp.arange(round_.nodes + 1)[None] * round_.slopes
     moved = [_at(warp, place + sign * v.T) for warp, sign in zip(warps, (-1, 1), strict=True)]
     warps = (warp.reshape(pairs, kept, -1) for warp in moved)

@@ -5,12 +5,9 @@ from operator import add
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jax import lax
 from jaxtyping import Array, Float, Int
 
 from ._rotation import rotation_gain
-
-_NOT_A_PEAK = 2.0
 
 
 def shift_covariances(t1: Float[Array, "b d n"], t2: Float[Array, "b d n"]) -> Float[Array, "d d n b"]:
@@ -19,20 +16,6 @@ def shift_covariances(t1: Float[Array, "b d n"], t2: Float[Array, "b d n"]) -> F
     product = jnp.conj(f1)[:, :, None] * f2[:, None]
     n = t1.shape[-1]
     return jnp.moveaxis(jnp.fft.irfft(product, n=n, axis=-1).astype(t1.dtype) / n, 0, -1)
-
-
-def find_starts(
-    c: Float[Array, "d d n b"], count: int
-) -> tuple[Int[Array, "{count} b"], Float[Array, "d d {count} b"]]:
-    """The shifts of the `count` highest local maxima of the rotation gain, best first, and their covariances.
-
-    Where there are fewer maxima, the highest other shifts follow.
-    """
-    gain = rotation_gain(c)
-    peak = (gain >= jnp.roll(gain, 1, axis=0)) & (gain > jnp.roll(gain, -1, axis=0))
-    _, shift = lax.top_k(jnp.where(peak, gain, gain - _NOT_A_PEAK).T, count)
-    shift = shift.T
-    return shift, jnp.take_along_axis(c, shift[None, None], axis=2)
 
 
 class Peak(NamedTuple):

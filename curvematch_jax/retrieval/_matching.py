@@ -69,7 +69,7 @@ class Matching:
         scale: radians; see `masses`.
     """
 
-    aligner: Aligner = Rigid(measured=False)
+    aligner: Aligner = field(default_factory=lambda: Rigid(measured=False))
     candidates: int = 2
     length_weight: float = 0.25
     front_weight: float = 0.25
