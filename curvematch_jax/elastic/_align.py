@@ -21,8 +21,8 @@ def align(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | None = None) 
     """Lay two closed curves onto each other by rotation, start point and reparametrisation.
 
     Position and scale play no part; reflection and reversal are never used. When the curves are exchanged, so are the
-    warps, and the rotation is turned back; the distance is the same. Repeated samples are harmless, unless the arrays are traced. The path has
-    no derivatives: `elastic_distance` has.
+    warps, and the rotation is turned back; the distance is the same. Repeated samples are harmless, unless the arrays
+    are traced. The path has no derivatives: `elastic_distance` has.
 
     Args:
         curve1, curve2: closed curves `(*b, d, n)`, periodic, without the repeated end point, d >= 2; the batches

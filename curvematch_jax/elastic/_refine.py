@@ -26,7 +26,8 @@ from ._tables import CurveTable
 _STEEPEST = 1 - 1e-4  # of u': neither curve ever stands quite still
 _SHRINK = 0.15  # each curve keeps at least this share of its progress on a piece in one step
 _BALANCING = 2  # of slopes within their limits, to mean 0
-_FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-4, 1e3
+_FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-5, 1e3
+_EASING = 0.1  # of the damping after a step that improves
 
 
 class State(NamedTuple):
@@ -73,14 +74,16 @@ def refine(
         old, damping, place = carry
         new = _state(first, second, true, *place)
         better = new.chord < old.chord
-        damping = jnp.where(better, jnp.maximum(damping * 0.3, _LEAST_DAMPING), jnp.minimum(damping * 8, _MOST_DAMPING))
+        damping = jnp.where(
+            better, jnp.maximum(damping * _EASING, _LEAST_DAMPING), jnp.minimum(damping * 8, _MOST_DAMPING)
+        )
         state = _chosen(better, new, old)
         place = lax.cond(number < steps, _moved, lambda state, _: (state.u, state.rotation), state, damping)
         return (state, damping, place), None
 
     shapes = jax.eval_shape(partial(_state, first, second, None), u, rotation)
     nothing = State(*(jnp.full(x.shape, jnp.inf, x.dtype) for x in shapes))
-    damping = jnp.full_like(u[:, 0], _FIRST_DAMPING / 0.3)
+    damping = jnp.full_like(u[:, 0], _FIRST_DAMPING / _EASING)
     return lax.scan(step, (nothing, damping, (u, rotation)), jnp.arange(steps + 1))[0][0]
 
 
