@@ -32,7 +32,7 @@ class Elastic(Aligner):
     steps: int = 3
     knots: int = 256
     nodes: int = 2
-    chunk: int = 64
+    chunk: int = 32
 
     def __post_init__(self) -> None:
         check_least(self, {"paths": 1, "steps": 0, "nodes": 1, "chunk": 1})
@@ -55,7 +55,7 @@ class Elastic(Aligner):
     def accurate() -> Elastic:
         """The best alignment known, at about a seventh of the speed."""
         rounds = Round(32, 48, 8), Round(12, 96, 8), Round(6, 192, 8)
-        return Elastic(rounds, paths=3, steps=4, knots=512, chunk=32)
+        return Elastic(rounds, paths=3, steps=4, knots=512, chunk=16)
 
     def tabulate(self, curve: Float[Array, "b d n"]) -> CurveTable:
         return tabulate(curve)
