@@ -13,6 +13,7 @@ from . import _chunks as chunks
 from ._aligner import Aligner, Alignment
 from ._check import as_aligner, as_shapes, check_pair, traced
 from ._distinct import distinct, original_parameter
+from ._frame import AnyArray
 
 _SMALL = 8  # pairs in the chunk of a small batch
 
@@ -87,7 +88,7 @@ def _no_derivative(aligner: Aligner, primals, tangents):
     )
 
 
-def align_chunk(aligner: Aligner, curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"]) -> Alignment:
+def align_chunk(aligner: Aligner, curve1: Float[AnyArray, "b d n"], curve2: Float[AnyArray, "b d n"]) -> Alignment:
     """`align` of one chunk of pairs.
 
     Each pair is aligned in an order that depends on its curves alone, and turned round afterwards: so the distance is
@@ -114,7 +115,7 @@ def _in_order(curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"]):
     return swap, jnp.where(wide, curve2, curve1), jnp.where(wide, curve1, curve2)
 
 
-def order_key(curve: Float[Array, "b d n"]) -> Float[Array, " b"]:
+def order_key(curve: Float[AnyArray, "b d n"]) -> Float[AnyArray, " b"]:
     """A number for each curve, to put two curves in order."""
     weights = np.sin(np.arange(1, curve[0].size + 1) ** 2 * 0.7).reshape(curve.shape[1:])
     return (curve * weights.astype(curve.dtype)).sum(axis=(1, 2))

@@ -39,6 +39,15 @@ def lifted(table: Float[Array, "p t+1"], x: Float[Array, "p k"]) -> tuple[Float[
     return left + rise * (position - index.astype(x.dtype)) + turns, rise * size
 
 
+def divided(warp: Float[Array, "*b m+1"], pieces: int) -> Float[Array, "*b {pieces}+1"]:
+    """A warp at other equal times."""
+    old = warp.shape[-1] - 1
+    place = np.arange(pieces + 1) * (old / pieces)
+    low = np.minimum(place.astype(int), old - 1)
+    share = jnp.asarray(place - low, warp.dtype)
+    return warp[..., low] + (warp[..., low + 1] - warp[..., low]) * share
+
+
 def _entries(table: Float[Array, "p d t"], index: Int[Array, "p k"]) -> Float[Array, "p d k"]:
     """As one look-up in rows of d tables: several times faster than d look-ups."""
     pairs, d, size = table.shape

@@ -67,8 +67,13 @@ def refine(
     rotation: Float[Array, "d d l"],
     steps: int,
     true: Bool[Array, ""] | None,
+    shifted: bool = False,
 ) -> State:
-    """The state after `steps` damped steps, each lane with its own damping; the lanes of a pair follow each other."""
+    """The state after `steps` damped steps, each lane with its own damping; the lanes of a pair follow each other.
+
+    `shifted` for steps in the start point and the rotation alone.
+    """
+    move = _shifted if shifted else _moved
 
     def step(carry, number):
         old, damping, place = carry
@@ -78,7 +83,7 @@ def refine(
             better, jnp.maximum(damping * _EASING, _LEAST_DAMPING), jnp.minimum(damping * 8, _MOST_DAMPING)
         )
         state = _chosen(better, new, old)
-        place = lax.cond(number < steps, _moved, lambda state, _: (state.u, state.rotation), state, damping)
+        place = lax.cond(number < steps, move, lambda state, _: (state.u, state.rotation), state, damping)
         return (state, damping, place), None
 
     shapes = jax.eval_shape(partial(_state, first, second, None), u, rotation)
@@ -180,6 +185,17 @@ def _moved(here: State, damping: Float[Array, " l"]) -> tuple[Float[Array, "l m"
     change = dot(solved[1:], turn[..., None]) - solved[0]
     rotation = multiply(cayley(turn, here.rotation.shape[0]), here.rotation)
     return _within_limits(here.u, change), rotation
+
+
+def _shifted(here: State, damping: Float[Array, " l"]) -> tuple[Float[Array, "l m"], Float[Array, "d d l"]]:
+    """The same with all of u moved as one."""
+    border = jnp.sum(here.border, axis=2)
+    curvature = jnp.sum(here.diagonal + 2 * here.beside, axis=1) * (1 + damping)
+    sides = jnp.concatenate([jnp.sum(here.gradient, axis=1)[None], border]) / jnp.maximum(curvature, 1e-9)
+    corner = here.corner * (1 + 1e-6 * jnp.eye(len(here.corner), dtype=damping.dtype)[..., None])
+    turn = solve(corner - border[:, None] * sides[None, 1:], (here.turning - border * sides[0])[:, None])[:, 0]
+    change = dot(sides[1:], turn) - sides[0]
+    return here.u + change[:, None], multiply(cayley(turn, here.rotation.shape[0]), here.rotation)
 
 
 def _within_limits(u: Float[Array, "l m"], change: Float[Array, "l m"]) -> Float[Array, "l m"]:
