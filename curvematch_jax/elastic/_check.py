@@ -11,7 +11,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from ._aligner import Aligner
 from ._distinct import resolution
-from ._frame import AnyArray, Frame, framed, result_dtype
+from ._frame import AnyArray, Frame, framed, result_dtype, to_jax
 
 MIN_SAMPLES = 8
 _OPEN = 4.0
@@ -37,7 +37,7 @@ def as_curves(name: str, curve: ArrayLike | Sequence) -> Float[Array, "*b d n"]:
     values = numbers(name, curve)
     shape, frame = _checked(name, values)
     if values.dtype == frame.dtype:
-        return jnp.asarray(values)
+        return to_jax(values)
     return frame.points(name, shape)
 
 
@@ -49,7 +49,7 @@ def as_shapes(name: str, curve: ArrayLike | Sequence) -> Float[Array, "*b d n"]:
     Raises `ValueError` as `as_curves`, but for place and size.
     """
     shape, frame = as_framed(name, curve)
-    return shape if isinstance(shape, jax.Array) else jnp.asarray(shape.astype(frame.dtype))
+    return to_jax(shape.astype(frame.dtype))
 
 
 def as_framed(name: str, curve: ArrayLike | Sequence) -> tuple[Float[AnyArray, "*b d n"], Frame]:
@@ -75,9 +75,12 @@ def check_batches(**batches: tuple[int, ...]) -> tuple[int, ...]:
     try:
         return np.broadcast_shapes(*batches.values())
     except ValueError:
-        *first, last = batches
-        names, shapes = ", ".join(first), ", ".join(str(shape) for shape in batches.values())
-        raise ValueError(f"the batches of {names} and {last}, {shapes}, do not broadcast.") from None
+        names, shapes = (_listed([str(each) for each in many]) for many in (batches, batches.values()))
+        raise ValueError(f"the batches of {names}, {shapes}, do not broadcast.") from None
+
+
+def _listed(words: list[str]) -> str:
+    return ", ".join(words[:-1]) + f" and {words[-1]}"
 
 
 def numbers(name: str, values: Any) -> np.ndarray:
@@ -117,7 +120,7 @@ def as_field(name: str, q: ArrayLike | Sequence) -> Float[Array, "*b d n"]:
         raise ValueError(
             f"{name} has shape {field.shape} and dtype {field.dtype}: give real fields as (*batch, d, n), d >= 2."
         )
-    return jnp.asarray(_raised(field))
+    return to_jax(_raised(field))
 
 
 def _traced(name: str, curve: Any) -> Array:
@@ -146,15 +149,17 @@ def check_shape(name: str, shape: tuple[int, ...]) -> None:
 def _checked(name: str, curve: np.ndarray) -> tuple[np.ndarray, Frame]:
     """The shapes of curves that passed all checks, and where they lie."""
     check_shape(name, curve.shape)
-    bad = ~np.isfinite(curve).all(axis=(-2, -1))
+    bad = ~np.isfinite(curve.reshape(-1, *curve.shape[-2:])).all(axis=(1, 2))
     if bad.any():
         raise ValueError(f"{name} holds NaN or infinity in {_which(bad)}: remove or repair those curves.")
-    shape, frame = framed(curve)
-    few = ~_has_area(shape, resolution(curve.shape[-1], frame.dtype))
+    found, frame = framed(curve)
+    shape = np.asarray(found)
+    flat = shape.reshape(-1, *shape.shape[-2:])
+    few = ~_has_area(flat, resolution(flat.shape[-1], frame.dtype))
     if few.any():
         raise ValueError(f"{name} has fewer than 3 distinct points in {_which(few)}: that is no closed curve.")
-    steps = _squares(np.diff(shape, axis=-1, append=shape[..., :1]))
-    ratio = steps[..., -1] / np.maximum(steps[..., :-1].max(axis=-1), np.finfo(steps.dtype).tiny)
+    steps = _squares(np.diff(flat, axis=-1, append=flat[..., :1]))
+    ratio = steps[:, -1] / np.maximum(steps[:, :-1].max(axis=1), np.finfo(steps.dtype).tiny)
     opened = ratio > _OPEN**2
     if opened.any():
         raise ValueError(
@@ -168,17 +173,16 @@ def _checked(name: str, curve: np.ndarray) -> tuple[np.ndarray, Frame]:
 def _has_area(shape: np.ndarray, tolerance: float) -> np.ndarray:
     """Whether curves have 3 points apart: one away from the first sample and from the one farthest from that."""
     from_first = _squares(shape - shape[..., :1])
-    farthest = np.expand_dims(from_first.argmax(axis=-1), (-2, -1))
-    from_second = _squares(shape - np.take_along_axis(shape, farthest, axis=-1))
-    return np.minimum(from_first, from_second).max(axis=-1) > tolerance**2
+    farthest = from_first.argmax(axis=1)[:, None, None]
+    from_second = _squares(shape - np.take_along_axis(shape, farthest, axis=2))
+    return np.minimum(from_first, from_second).max(axis=1) > tolerance**2
 
 
 def _squares(field: np.ndarray) -> np.ndarray:
-    return np.einsum("...dn,...dn->...n", field, field)
+    return np.einsum("bdn,bdn->bn", field, field)
 
 
 def _which(bad: Any) -> str:
-    bad = np.ravel(bad)
     first = int(np.argmax(bad))
     more = int(bad.sum()) - 1
     return f"curve {first}" + (f" and {more} more" if more else "") + f" of {bad.size}"

@@ -5,6 +5,7 @@ A closed curve is the trigonometric interpolant of its samples: smooth between t
 
 import functools as ft
 from collections.abc import Sequence
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -51,9 +52,10 @@ def length(curve: ArrayLike | Sequence) -> Float[Array, "*b"]:
     Repeated samples are left out, unless the array is traced. Raises `ValueError` for what is no closed curve, and for
     a length that the dtype cannot hold.
     """
-    shape, frame = _framed("curve", curve)
+    shape, frame = as_framed("curve", curve)
+    shape = without_repeats(shape, frame)
     speed = norm(velocity(shape, _OVERSAMPLING * shape.shape[-1]))
-    return frame.lengths("curve", speed.mean(axis=-1))
+    return frame.lengths("curve", speed.mean(axis=-1, keepdims=True))
 
 
 def centre(curve: ArrayLike | Sequence) -> Float[Array, "*b d n"]:
@@ -77,25 +79,31 @@ def resample(curve: ArrayLike | Sequence, n: int) -> Float[Array, "*b d {n}"]:
     """
     if n < 3:
         raise ValueError(f"n = {n}: a closed curve needs 3 samples or more.")
-    shape, frame = _framed("curve", curve)
-    return frame.points("curve", resampled(shape, n))
+    shape, frame = as_framed("curve", curve)
+    if not isinstance(shape, np.ndarray):
+        return frame.points("curve", _resampled(shape, n))
+    flat = shape.astype(float).reshape(-1, *shape.shape[-2:])
+    new = is_new(flat, frame.dtype)
+    found = np.empty((*flat.shape[:2], n))
+    whole, count = np.flatnonzero(new.all(axis=1)), max(1, _BLOCK // (flat.shape[2] * n))
+    for start in range(0, len(whole), count):
+        rows = whole[start : start + count]
+        found[rows] = _resampled(flat[rows], n)
+    for row in np.flatnonzero(~new.all(axis=1)):
+        found[row] = _resampled(flat[row][:, new[row]] if new[row].sum() > 2 else flat[row], n)
+    return frame.points("curve", found.reshape(*shape.shape[:-1], n))
 
 
-def resampled(shape: Float[AnyArray, "*b d m"], n: int) -> Float[AnyArray, "*b d {n}"]:
+def _resampled(shape: Float[AnyArray, "*b d m"], n: int) -> Float[AnyArray, "*b d {n}"]:
     """`n` samples at equal arc length of curves without repeated samples."""
-    m = shape.shape[-1]
+    m, xp = shape.shape[-1], namespace(shape)
     times = _times(_arc_length(norm(velocity(shape, _OVERSAMPLING * m))), n)[..., :-1]
     half = (m - 1) // 2
-    spectrum = namespace(shape).fft.rfft(shape, axis=-1)[..., : half + 1] / m
-    if not isinstance(shape, np.ndarray):
+    spectrum = xp.fft.rfft(shape, axis=-1)[..., : half + 1] / m
+    if xp is jnp:
         return _waves(spectrum, times)
-    flat = np.empty((times[..., 0].size, shape.shape[-2], n))
-    pairs = zip(spectrum.reshape(-1, *spectrum.shape[-2:]), times.reshape(-1, n), strict=True)
     block = max(1, _BLOCK // (half + 1))
-    for found, (waves, time) in zip(flat, pairs, strict=True):
-        for start in range(0, n, block):
-            found[:, start : start + block] = _waves(waves, time[start : start + block])
-    return flat.reshape(*shape.shape[:-1], n)
+    return np.concatenate([_waves(spectrum, times[..., s : s + block]) for s in range(0, n, block)], axis=-1)
 
 
 def without_repeats(shape: Float[AnyArray, "*b d n"], frame: Frame) -> Float[AnyArray, "*b d n"]:
@@ -105,12 +113,7 @@ def without_repeats(shape: Float[AnyArray, "*b d n"], frame: Frame) -> Float[Any
     return distinct(shape.astype(float).reshape(-1, *shape.shape[-2:]), frame.dtype)[0].reshape(shape.shape)
 
 
-def _framed(name: str, curve: ArrayLike | Sequence) -> tuple[Float[AnyArray, "*b d n"], Frame]:
-    shape, frame = as_framed(name, curve)
-    return without_repeats(shape, frame), frame
-
-
-def _waves(spectrum: AnyArray, times: Float[AnyArray, "*b n"]) -> Float[AnyArray, "*b d n"]:
+def _waves(spectrum: Any, times: Float[AnyArray, "*b n"]) -> Float[AnyArray, "*b d n"]:
     """The real trigonometric polynomial of coefficients `(*b, d, k)` at any parameters."""
     xp = namespace(times)
     frequency = np.arange(1, spectrum.shape[-1], dtype=times.dtype)

@@ -41,7 +41,7 @@ def distinct(curves: np.ndarray, dtype: Any = None) -> tuple[np.ndarray, Places]
     The first sample stays first. What is equal up to the rounding of `dtype`, the curves' own unless given, is
     repeated. Curves without repeated samples are handed back as they are.
     """
-    new = is_new(curves, dtype)
+    new = np.asarray(is_new(curves, dtype))
     places: Places = {}
     for index in np.flatnonzero(~new.all(axis=1)):
         kept = curves[index][:, new[index]]
@@ -65,6 +65,16 @@ def original_parameter(warp: np.ndarray, places: Places) -> np.ndarray:
         given = _lift(warp[index].astype(float), place, _equal(place)).astype(warp.dtype)
         given[-1] = given[0] + 1
         warp[index] = np.minimum(given, given[-1])  # Rounding of the sum is not to make it fall.
+    return warp
+
+
+def distinct_parameter(warp: np.ndarray, places: Places) -> np.ndarray:
+    """Lifted warps `(b, m + 1)` of curves as they were given, as parameters of the distinct curves: the way back."""
+    warp = np.array(warp)
+    for index, place in places.items():
+        found = _lift(warp[index].astype(float), _equal(place), place).astype(warp.dtype)
+        found[-1] = found[0] + 1
+        warp[index] = np.minimum(found, found[-1])
     return warp
 
 

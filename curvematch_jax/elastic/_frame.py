@@ -46,9 +46,9 @@ class Frame(NamedTuple):
         """As `points`, but for the position, which is forgotten."""
         return self._given(name, self.scale * shape)
 
-    def lengths(self, name: str, length: Float[AnyArray, "*b"]) -> Float[Array, "*b"]:
+    def lengths(self, name: str, length: Float[AnyArray, "*b 1"]) -> Float[Array, "*b"]:
         """Lengths on shapes, in the curves' units."""
-        return self._given(name, self.scale[..., 0, 0] * length)
+        return self._given(name, (self.scale[..., 0] * length).squeeze(-1))
 
     def check(self, name: str) -> None:
         """`ValueError` where rounding to the dtype would take the curves' shapes away, far from the origin."""
@@ -73,7 +73,7 @@ class Frame(NamedTuple):
             raise ValueError(
                 f"{name} is too small for {self.dtype}, which begins at {limits.tiny:.0e}: give a smaller unit."
             )
-        return jnp.asarray((half + half).astype(self.dtype))
+        return to_jax((half + half).astype(self.dtype))
 
 
 def framed(curve: Float[AnyArray, "*b d n"]) -> tuple[Float[AnyArray, "*b d n"], Frame]:
@@ -95,3 +95,8 @@ def framed(curve: Float[AnyArray, "*b d n"]) -> tuple[Float[AnyArray, "*b d n"],
 def result_dtype(dtype) -> np.dtype:
     """What JAX computes in for samples of a floating dtype: float32 or, where x64 is enabled and they have it, 64."""
     return np.dtype(np.float32) if np.dtype(dtype).itemsize <= 4 else jax.dtypes.canonicalize_dtype(np.float64)
+
+
+def to_jax(values: AnyArray) -> Array:
+    """The array as one of JAX; unlike `jax.numpy.asarray`, without a compilation for each new shape."""
+    return values if isinstance(values, jax.Array) else jax.device_put(np.array(values))

@@ -2,13 +2,12 @@
 
 from collections.abc import Sequence
 
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from ._check import as_field, as_framed, traced
 from ._curve import norm, srvf_of, velocity, without_repeats
-from ._frame import AnyArray, namespace
+from ._frame import AnyArray, namespace, to_jax
 
 
 def to_srvf(curve: ArrayLike | Sequence) -> Float[Array, "*b d n"]:
@@ -20,7 +19,7 @@ def to_srvf(curve: ArrayLike | Sequence) -> Float[Array, "*b d n"]:
     """
     shape, frame = as_framed("curve", curve)
     q = srvf_of(velocity(without_repeats(shape, frame), shape.shape[-1]))
-    return jnp.asarray(q.astype(frame.dtype))
+    return to_jax(q.astype(frame.dtype))
 
 
 def to_curve(q: ArrayLike | Sequence) -> Float[Array, "*b d n"]:
@@ -31,9 +30,8 @@ def to_curve(q: ArrayLike | Sequence) -> Float[Array, "*b d n"]:
     Raises `ValueError` unless `q` is real and finite, of shape `(*b, d >= 2, n)`.
     """
     field = as_field("q", q)
-    if traced(q):
-        return _integral(field)
-    return jnp.asarray(_integral(np.asarray(field).astype(float)).astype(field.dtype))
+    computed = field if traced(q) else np.asarray(field).astype(float)
+    return to_jax(_integral(computed).astype(field.dtype))
 
 
 def _integral(q: Float[AnyArray, "*b d n"]) -> Float[AnyArray, "*b d n"]:
