@@ -77,13 +77,12 @@ class Rigid(Aligner):
 def _estimate(t1: Float[Array, "b d n"], t2: Float[Array, "b d n"], peak: Peak) -> Float[Array, " b"]:
     """`arccos <t1, R t2>` for t2 shifted, by a parabola between its samples; through the chord, precise near 0."""
     n = t1.shape[-1]
-    place = peak.nearest[:, None] + jnp.asarray(np.arange(-1, n + 1), jnp.int32)
+    place = peak.nearest[:, None] + jnp.asarray(np.arange(-1, n + 1), jnp.int32)[None]
     around = jnp.moveaxis(jnp.take_along_axis(t2, (place % n)[:, None], axis=2, mode="promise_in_bounds"), 1, 0)
     left, middle, right = around[..., :-2], around[..., 1:-1], around[..., 2:]
     a, b, c = (weight[:, None] for weight in peak.weights)
-    apart = jnp.moveaxis(t1, 1, 0) - rotate(
-        best_rotation(peak.covariance)[..., None], a * left + b * middle + c * right
-    )
+    shifted = a[None] * left + b[None] * middle + c[None] * right
+    apart = jnp.moveaxis(t1, 1, 0) - rotate(best_rotation(peak.covariance)[..., None], shifted)
     square = lambda x: dot(x, x)  # noqa: E731
     lost = a * b * square(left - middle) + b * c * square(middle - right) + a * c * square(left - right)
     chord = jnp.sqrt(jnp.maximum(jnp.mean(square(apart) + lost, axis=-1), 0))

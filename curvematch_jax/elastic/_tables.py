@@ -69,6 +69,6 @@ def _times(speed: Float[Array, "b c"], count: Int[Array, ""], entries: int) -> F
     after = jnp.clip(jnp.cumsum(counts, axis=-1), 1, entries)
     low, high = (jnp.take_along_axis(arcs, at, axis=1) for at in (after - 1, after))
     target = jnp.asarray(np.arange(entries + 1) / entries, speed.dtype)
-    share = jnp.clip((target - low) / jnp.where(high > low, high - low, 1), 0, 1)
+    share = jnp.clip((target[None] - low) / jnp.where(high > low, high - low, 1), 0, 1)
     start = nodes[after - 1]
     return start + (nodes[after] - start) * share
