@@ -19,7 +19,7 @@ from ._preshape import sphere_distance
 
 KINDS = ("arc", "projected", "straightened")
 _STEPS = 6
-_SAMPLES = 2  # of a path to a sample of the curves
+_SAMPLES = 4  # of a path to a sample of the curves
 
 
 def check_kind(kind: str) -> None:

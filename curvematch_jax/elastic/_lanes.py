@@ -26,7 +26,7 @@ def dot(a: Float[Array, "d *#k"], b: Float[Array, "d *#k"]) -> Float[Array, "...
     return reduce(add, (x * y for x, y in zip(a, b, strict=True)))
 
 
-def frobenius(a: Float[Array, "d d *k"], b: Float[Array, "d d *k"]) -> Float[Array, "*k"]:
+def frobenius(a: Float[Array, "d e *k"], b: Float[Array, "d e *k"]) -> Float[Array, "*k"]:
     """`tr(A^T B)` of matrices on the two first axes."""
     return reduce(add, (dot(x, y) for x, y in zip(a, b, strict=True)))
 

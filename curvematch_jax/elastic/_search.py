@@ -75,7 +75,7 @@ def _better(first: CurveTable, second: CurveTable, paths: Paths, round_: Round, 
     rotation = best_rotation(covariance(q1, q2)) if turned else paths.rotation.reshape(*paths.rotation.shape[:2], -1)
     lanes_last = lambda q: jnp.swapaxes(q, 1, 2)  # noqa: E731
     v, cosine = best_path(lanes_last(q1), lanes_last(rotate(rotation[..., None], q2)), round_.width, round_.slopes)
-    place = jnp.arange(round_.nodes + 1)[None] * round_.slopes
+    place = jnp.asarray(np.arange(round_.nodes + 1) * round_.slopes, jnp.int32)[None]
     moved = [_at(warp, place + sign * v.T) for warp, sign in zip(warps, (-1, 1), strict=True)]
     warps = (warp.reshape(pairs, kept, -1) for warp in moved)
     return Paths(*warps, rotation.reshape(*rotation.shape[:2], pairs, kept), cosine.reshape(pairs, kept))
@@ -84,7 +84,7 @@ def _better(first: CurveTable, second: CurveTable, paths: Paths, round_: Round, 
 def _carried(table: CurveTable, warp: Float[Array, "l nodes"]) -> Float[Array, "d l f"]:
     """`t(gamma) sqrt(gamma')` at equal times: the slope is the mean of those before and after."""
     (pairs, _, size), lanes, fine = table.tangents.shape, warp.shape[0], warp.shape[1] - 1
-    field = nearest(table.tangents, jnp.full(pairs, size), warp[:, :-1].reshape(pairs, -1))
+    field = nearest(table.tangents, jnp.full(pairs, size, jnp.int32), warp[:, :-1].reshape(pairs, -1))
     slope = jnp.maximum(jnp.diff(warp, axis=1), 0) * fine
     root = jnp.sqrt((slope + jnp.roll(slope, 1, axis=1)) / 2)
     return field.reshape(-1, lanes, fine) * root[None]

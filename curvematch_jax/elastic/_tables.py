@@ -63,7 +63,9 @@ def _times(speed: Float[Array, "b c"], count: Int[Array, ""], entries: int) -> F
     arcs = running_sum(jnp.sum(speed.reshape(len(speed), entries, block), axis=-1))
     whole = jnp.sum(speed, axis=-1, keepdims=True)
     arcs = jnp.concatenate([arcs / jnp.where(whole > 0, whole, 1), jnp.ones_like(whole)], axis=1)
-    nodes = jnp.minimum(jnp.arange(entries + 1) * block, count).astype(speed.dtype) / count.astype(speed.dtype)
+    nodes = jnp.minimum(jnp.asarray(np.arange(entries + 1) * block, jnp.int32), count).astype(
+        speed.dtype
+    ) / count.astype(speed.dtype)
     first_beyond = jnp.clip(jnp.ceil(arcs * entries), 0, entries).astype(jnp.int32)
     counts = jax.vmap(lambda at: jnp.zeros(entries + 1, jnp.int32).at[at].add(1))(first_beyond)
     after = jnp.clip(jnp.cumsum(counts, axis=-1), 1, entries)
