@@ -1,6 +1,6 @@
 """What a batch of closed curves has to be; asked before any tracing, in numpy."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
@@ -188,7 +188,7 @@ def _which(bad: Any) -> str:
     return f"curve {first}" + (f" and {more} more" if more else "") + f" of {bad.size}"
 
 
-def as_aligner(aligner: Any, default: Any) -> Any:
+def as_aligner(aligner: Any, default: Callable[[], Aligner]) -> Aligner:
     """The aligner, or what `default` makes where it is None; `ValueError` for anything else."""
     if aligner is None:
         return default()

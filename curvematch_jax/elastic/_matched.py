@@ -60,7 +60,7 @@ def srvfs_along(
     """
     warps = (divided(warp, samples) for warp in (alignment.warp1, alignment.warp2))
     q1, q2 = (srvf_of(jnp.diff(_points(c, w), axis=-1)) for c, w in zip((curve1, curve2), warps, strict=True))
-    return q1, alignment.rotation @ q2
+    return jnp.asarray(q1), alignment.rotation @ q2
 
 
 def _points(curve: Float[Array, "*c d n"], times: Float[Array, "*b k"]) -> Float[Array, "*b d k"]:

@@ -77,8 +77,8 @@ def _better(first: CurveTable, second: CurveTable, paths: Paths, round_: Round, 
     v, cosine = best_path(lanes_last(q1), lanes_last(rotate(rotation[..., None], q2)), round_.width, round_.slopes)
     place = jnp.asarray(np.arange(round_.nodes + 1) * round_.slopes, jnp.int32)[None]
     moved = [_at(warp, place + sign * v.T) for warp, sign in zip(warps, (-1, 1), strict=True)]
-    warps = (warp.reshape(pairs, kept, -1) for warp in moved)
-    return Paths(*warps, rotation.reshape(*rotation.shape[:2], pairs, kept), cosine.reshape(pairs, kept))
+    warp1, warp2 = (warp.reshape(pairs, kept, -1) for warp in moved)
+    return Paths(warp1, warp2, rotation.reshape(*rotation.shape[:2], pairs, kept), cosine.reshape(pairs, kept))
 
 
 def _carried(table: CurveTable, warp: Float[Array, "l nodes"]) -> Float[Array, "d l f"]:

@@ -47,7 +47,7 @@ def _velocity(curve: Float[AnyArray, "b d n"], count: int) -> Float[Array, "b d 
 
 @ft.partial(jax.jit, static_argnums=2)
 def _tables(speed_vector: Float[Array, "b d c"], count: Int[Array, ""], times: int) -> CurveTable:
-    speed = norm(speed_vector)
+    speed = jnp.asarray(norm(speed_vector))
     mean = jnp.sum(speed, axis=-1, keepdims=True) / count.astype(speed.dtype)
     srvf = speed_vector / jnp.sqrt(jnp.where(speed > 0, speed, 1) * jnp.where(mean > 0, mean, 1))[:, None]
     counts = jnp.broadcast_to(count, speed.shape[:1])

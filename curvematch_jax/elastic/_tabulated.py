@@ -62,4 +62,4 @@ def tables_of(curves: np.ndarray, aligner: Aligner) -> Tables:
     for part, found in chunks.run(compute, (slice(s, s + size) for s in range(0, len(curves), size))):
         for table, values in zip(jax.tree.leaves(tables), jax.tree.leaves(found), strict=True):
             table[part] = values[: len(curves[part])]
-    return Tables(tables, order_key(curves), curves.shape[1], aligner)
+    return Tables(tables, np.asarray(order_key(curves)), curves.shape[1], aligner)
