@@ -73,7 +73,7 @@ class Frame(NamedTuple):
             raise ValueError(
                 f"{name} is too small for {self.dtype}, which begins at {limits.tiny:.0e}: give a smaller unit."
             )
-        return to_jax((half + half).astype(self.dtype))
+        return to_jax(np.asarray(half + half, self.dtype))
 
 
 def framed(curve: Float[AnyArray, "*b d n"]) -> tuple[Float[AnyArray, "*b d n"], Frame]:
