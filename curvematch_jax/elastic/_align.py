@@ -13,6 +13,7 @@ from . import _chunks as chunks
 from ._aligner import Aligner, Alignment
 from ._check import as_aligner, as_shapes, check_pair, traced
 from ._distinct import distinct, original_parameter
+from ._frame import AnyArray
 
 _SMALL = 8  # pairs in the chunk of a small batch
 
@@ -56,10 +57,10 @@ def _align_concrete(curve1: np.ndarray, curve2: np.ndarray, aligner: Aligner) ->
     def compute(part: slice) -> Alignment:
         return align_chunk(aligner, chunks.padded(curve1[part], size), chunks.padded(curve2[part], size))
 
-    whole: Any = None
-    for part, found in chunks.run(compute, (slice(s, min(s + size, total)) for s in range(0, max(total, 1), size))):
-        if whole is None:
-            whole = Alignment(*(np.empty((total, *piece.shape[1:]), piece.dtype) for piece in found))
+    some = jax.ShapeDtypeStruct((size, *curve1.shape[1:]), curve1.dtype)
+    shapes = jax.eval_shape(ft.partial(align_chunk, aligner), some, some)
+    whole = Alignment(*(np.empty((total, *shape.shape[1:]), shape.dtype) for shape in shapes))
+    for part, found in chunks.run(compute, (slice(s, min(s + size, total)) for s in range(0, total, size))):
         for array, piece in zip(whole, found, strict=True):
             array[part] = piece[: part.stop - part.start]
     warp1, warp2 = original_parameter(whole.warp1, place1), original_parameter(whole.warp2, place2)
@@ -87,7 +88,7 @@ def _no_derivative(aligner: Aligner, primals, tangents):
     )
 
 
-def align_chunk(aligner: Aligner, curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"]) -> Alignment:
+def align_chunk(aligner: Aligner, curve1: Float[AnyArray, "b d n"], curve2: Float[AnyArray, "b d n"]) -> Alignment:
     """`align` of one chunk of pairs.
 
     Each pair is aligned in an order that depends on its curves alone, and turned round afterwards: so the distance is
@@ -114,7 +115,8 @@ def _in_order(curve1: Float[Array, "b d n"], curve2: Float[Array, "b d n"]):
     return swap, jnp.where(wide, curve2, curve1), jnp.where(wide, curve1, curve2)
 
 
-def order_key(curve: Float[Array, "b d n"]) -> Float[Array, " b"]:
+def order_key(curve: Float[AnyArray, "b d n"]) -> Float[AnyArray, " b"]:
     """A number for each curve, to put two curves in order."""
-    weights = np.sin(np.arange(1, curve[0].size + 1) ** 2 * 0.7).reshape(curve.shape[1:])
-    return (curve * weights.astype(curve.dtype)).sum(axis=(1, 2))
+    d, n = curve.shape[1:]
+    weights = np.sin(np.arange(1, d * n + 1) ** 2 * 0.7).reshape(d, n)
+    return (curve * weights.astype(curve.dtype)[None]).sum(axis=(1, 2))

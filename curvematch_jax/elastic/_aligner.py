@@ -8,6 +8,8 @@ from typing import Any, ClassVar, NamedTuple
 
 from jaxtyping import Array, Float
 
+from ._frame import AnyArray
+
 
 class Alignment(NamedTuple):
     """A path of two closed curves, and the distance that it achieves.
@@ -42,7 +44,7 @@ class Aligner(abc.ABC):
     warps: ClassVar[bool] = True
 
     @abc.abstractmethod
-    def tabulate(self, curve: Float[Array, "b d n"]) -> Any:
+    def tabulate(self, curve: Float[AnyArray, "b d n"]) -> Any:
         """What `align` has to know of each curve, of a size near 1: arrays in any structure, `b` first."""
 
     @abc.abstractmethod

@@ -12,8 +12,8 @@ def path_distance(
     first: CurveTable,
     second: CurveTable,
     rotation: Float[Array, "d d b"],
-    warp1: Float[Array, "b m+1"],
-    warp2: Float[Array, "b m+1"],
+    warp1: Float[Array, "b nodes"],
+    warp2: Float[Array, "b nodes"],
     nodes: int,
 ) -> Float[Array, " b"]:
     """The angle between `q1(warp1) sqrt(warp1')` and `R q2(warp2) sqrt(warp2')`, in radians.
@@ -32,8 +32,8 @@ def path_distance(
     return 2 * jnp.arcsin(jnp.minimum(jnp.sqrt(jnp.maximum(square, 0)) / 2, 1))
 
 
-def _carried(table: CurveTable, warp: Float[Array, "b m+1"], nodes: int) -> Float[Array, "d b k"]:
+def _carried(table: CurveTable, warp: Float[Array, "b nodes"], nodes: int) -> Float[Array, "d b k"]:
     step = jnp.maximum(jnp.diff(warp, axis=1), 0)
     place = jnp.concatenate([warp[:, :-1] + (node + 0.5) / nodes * step for node in range(nodes)], axis=1)
     root = jnp.tile(jnp.sqrt(step * step.shape[1]), nodes)
-    return fusion_barrier(lambda: periodic(table.srvf, table.count, place)[0] * root, table.count[0] > 0)
+    return fusion_barrier(lambda: periodic(table.srvf, table.count, place)[0] * root[None], table.count[0] > 0)

@@ -25,8 +25,8 @@ def solve_cyclic(
         return (
             middle + low * lower + high * upper,
             high * after(upper),
-            sides + low * before(sides) + high * after(sides),
+            sides + low[None] * before(sides) + high[None] * after(sides),
         )
 
     middle, upper, sides = lax.fori_loop(0, size.bit_length() - 1, reduce, (diagonal, beside, right))
-    return sides / (middle + 2 * upper)
+    return sides / (middle + 2 * upper)[None]

@@ -67,11 +67,13 @@ def alignment_distance(
     return sphere_distance(unit(q1), unit(rotation @ q2))
 
 
-def _carried(curve: Float[Array, "*c d n"], warp: Float[Array, "*b m+1"], nodes: int) -> Float[Array, "*b d k"]:
+def _carried(curve: Float[Array, "*c d n"], warp: Float[Array, "*b nodes"], nodes: int) -> Float[Array, "*b d k"]:
     field = srvf_of(velocity(curve, _PIECES * curve.shape[-1]))
     steps = jnp.diff(warp, axis=-1)
     share = (jnp.arange(nodes, dtype=warp.dtype) + 0.5) / nodes
-    place = (warp[..., :-1, None] + steps[..., None] * share).reshape(*warp.shape[:-1], -1)
+    place = (warp[..., :-1, None] + steps[..., None] * share.reshape((1,) * warp.ndim + (-1,))).reshape(
+        *warp.shape[:-1], -1
+    )
     moved = interpolate(jnp.broadcast_to(field, (*warp.shape[:-1], *field.shape[-2:])), place)
     return moved * jnp.repeat(jnp.sqrt(jnp.maximum(steps, 0) * steps.shape[-1]), nodes, axis=-1)[..., None, :]
 

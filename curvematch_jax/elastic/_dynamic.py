@@ -26,13 +26,15 @@ _FIRST = 1.0  # total at the start: away from 0, near which marks would be denor
 
 def best_path(
     q1: Float[Array, "d f l"], q2: Float[Array, "d f l"], width: int, slopes: int
-) -> tuple[Int[Array, "n+1 l"], Float[Array, " l"]]:
+) -> tuple[Int[Array, "rows l"], Float[Array, " l"]]:
     """The best v at `k/n`, in units of `1/f`, and its integral; fields at multiples of `1/f`, `f = slopes * n`."""
     total, marks = _forward(_products(q1, q2, width, slopes), slopes)
     return _backward(marks, width, slopes), total[width] - _FIRST
 
 
-def _products(q1: Float[Array, "d f l"], q2: Float[Array, "d f l"], width: int, slopes: int) -> Float[Array, "n+1 o l"]:
+def _products(
+    q1: Float[Array, "d f l"], q2: Float[Array, "d f l"], width: int, slopes: int
+) -> Float[Array, "rows o l"]:
     """`<q1(k/n - j/f), q2(k/n + j/f)>` for rows k and offsets j from -width to width."""
     f = q1.shape[1]
     around = [jnp.concatenate([q[:, f - width :], q, q[:, : width + 1]], axis=1) for q in (q1, q2)]
@@ -41,7 +43,7 @@ def _products(q1: Float[Array, "d f l"], q2: Float[Array, "d f l"], width: int, 
     return jnp.stack([dot(rows(around[0], width - j), rows(around[1], width + j)) for j in offsets], axis=1)
 
 
-def _forward(products: Float[Array, "n+1 o l"], slopes: int) -> tuple[Float[Array, "o l"], Int[Array, "n o l"]]:
+def _forward(products: Float[Array, "rows o l"], slopes: int) -> tuple[Float[Array, "o l"], Int[Array, "n o l"]]:
     """Totals of the last row, and the step that reaches every node best."""
     rows, span, lanes = products.shape
     steps = range(-slopes, slopes + 1)

@@ -46,8 +46,8 @@ def solve(a: Float[Array, "m m *l"], b: Float[Array, "m k *l"]) -> Float[Array, 
     m = len(a)
     rows = [jnp.concatenate([x, y]) for x, y in zip(a, b, strict=True)]
     for i in range(m):
-        rows[i] = rows[i] / rows[i][i]
-        rows = [row if k == i else row - row[i] * rows[i] for k, row in enumerate(rows)]
+        rows[i] = rows[i] / rows[i][i : i + 1]
+        rows = [row if k == i else row - row[i : i + 1] * rows[i] for k, row in enumerate(rows)]
     return jnp.stack([row[m:] for row in rows])
 
 

@@ -17,7 +17,7 @@ def periodic(
     both = jnp.concatenate([index, jnp.where(index == size - 1, 0, index + 1)], axis=1)
     left, right = jnp.split(jnp.moveaxis(fusion_barrier(_entries, count[0] > 0, table, both), 1, 0), 2, axis=-1)
     rise = right - left
-    return left + rise * (position - index.astype(x.dtype)), rise * size.astype(x.dtype)
+    return left + rise * (position - index.astype(x.dtype))[None], rise * size.astype(x.dtype)[None]
 
 
 def nearest(table: Float[Array, "p d c"], count: Int[Array, " p"], x: Float[Array, "p k"]) -> Float[Array, "d p k"]:
@@ -27,7 +27,7 @@ def nearest(table: Float[Array, "p d c"], count: Int[Array, " p"], x: Float[Arra
     return jnp.moveaxis(_entries(table, jnp.where(index >= size, 0, index)), 1, 0)
 
 
-def lifted(table: Float[Array, "p t+1"], x: Float[Array, "p k"]) -> tuple[Float[Array, "p k"], Float[Array, "p k"]]:
+def lifted(table: Float[Array, "p nodes"], x: Float[Array, "p k"]) -> tuple[Float[Array, "p k"], Float[Array, "p k"]]:
     """A warp `gamma(x + 1) = gamma(x) + 1`, tabulated from 0 to 1, and its derivative, at any real x."""
     size = table.shape[-1] - 1
     turns = jnp.floor(x)
@@ -39,9 +39,19 @@ def lifted(table: Float[Array, "p t+1"], x: Float[Array, "p k"]) -> tuple[Float[
     return left + rise * (position - index.astype(x.dtype)) + turns, rise * size
 
 
+def divided(warp: Float[Array, "*b nodes"], pieces: int) -> Float[Array, "*b {pieces}+1"]:
+    """A warp at other equal times."""
+    old = warp.shape[-1] - 1
+    place = np.arange(pieces + 1) * (old / pieces)
+    low = np.minimum(place.astype(int), old - 1)
+    share = jnp.asarray(place - low, warp.dtype)
+    share = share.reshape((1,) * (warp.ndim - 1) + (-1,))
+    return warp[..., low] + (warp[..., low + 1] - warp[..., low]) * share
+
+
 def _entries(table: Float[Array, "p d t"], index: Int[Array, "p k"]) -> Float[Array, "p d k"]:
     """As one look-up in rows of d tables: several times faster than d look-ups."""
     pairs, d, size = table.shape
-    place = index[:, None] + (size * np.arange(d, dtype=np.int32))[:, None]
+    place = index[:, None] + (size * np.arange(d, dtype=np.int32))[None, :, None]
     flat = jnp.take_along_axis(table.reshape(pairs, -1), place.reshape(pairs, -1), axis=1, mode="promise_in_bounds")
     return flat.reshape(pairs, d, -1)

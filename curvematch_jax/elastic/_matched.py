@@ -7,6 +7,7 @@ from jaxtyping import Array, ArrayLike, Float
 from ._aligner import Alignment
 from ._check import as_curves, check_pair
 from ._curve import interpolate, oversampled, srvf_of
+from ._lookup import divided
 
 _OVERSAMPLING = 8
 
@@ -60,15 +61,6 @@ def srvfs_along(
     warps = (divided(warp, samples) for warp in (alignment.warp1, alignment.warp2))
     q1, q2 = (srvf_of(jnp.diff(_points(c, w), axis=-1)) for c, w in zip((curve1, curve2), warps, strict=True))
     return q1, alignment.rotation @ q2
-
-
-def divided(warp: Float[Array, "*b m+1"], pieces: int) -> Float[Array, "*b {pieces}+1"]:
-    """A warp at other equal times."""
-    old = warp.shape[-1] - 1
-    place = np.arange(pieces + 1) * (old / pieces)
-    low = np.minimum(place.astype(int), old - 1)
-    share = jnp.asarray(place - low, warp.dtype)
-    return warp[..., low] + (warp[..., low + 1] - warp[..., low]) * share
 
 
 def _points(curve: Float[Array, "*c d n"], times: Float[Array, "*b k"]) -> Float[Array, "*b d k"]:

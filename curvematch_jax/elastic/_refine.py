@@ -67,8 +67,13 @@ def refine(
     rotation: Float[Array, "d d l"],
     steps: int,
     true: Bool[Array, ""] | None,
+    shifted: bool = False,
 ) -> State:
-    """The state after `steps` damped steps, each lane with its own damping; the lanes of a pair follow each other."""
+    """The state after `steps` damped steps, each lane with its own damping; the lanes of a pair follow each other.
+
+    `shifted` for steps in the start point and the rotation alone.
+    """
+    move = _shifted if shifted else _moved
 
     def step(carry, number):
         old, damping, place = carry
@@ -78,7 +83,7 @@ def refine(
             better, jnp.maximum(damping * _EASING, _LEAST_DAMPING), jnp.minimum(damping * 8, _MOST_DAMPING)
         )
         state = _chosen(better, new, old)
-        place = lax.cond(number < steps, _moved, lambda state, _: (state.u, state.rotation), state, damping)
+        place = lax.cond(number < steps, move, lambda state, _: (state.u, state.rotation), state, damping)
         return (state, damping, place), None
 
     shapes = jax.eval_shape(partial(_state, first, second, None), u, rotation)
@@ -88,8 +93,13 @@ def refine(
 
 
 def _chosen(better: Bool[Array, " l"], new: State, old: State) -> State:
-    pick = lambda name, x, y: jnp.where(better if name in _LANES_LAST else better[:, None], x, y)  # noqa: E731
+    pick = lambda name, x, y: jnp.where(_beside(better, name, x), x, y)  # noqa: E731
     return State(*map(pick, State._fields, new, old))
+
+
+def _beside(better: Bool[Array, " l"], name: str, x: Array) -> Bool[Array, "..."]:
+    lanes = better if name in _LANES_LAST else better[:, None]
+    return lanes.reshape((1,) * (x.ndim - lanes.ndim) + lanes.shape)
 
 
 def warps_of(
@@ -99,14 +109,14 @@ def warps_of(
     knots = u.shape[1]
     u = jnp.concatenate([u, u[:, :1]], axis=1)
     time = jnp.asarray(np.arange(knots + 1) / knots, u.dtype)
-    return _by_pairs(lifted, first.times, time - u)[0], _by_pairs(lifted, second.times, time + u)[0]
+    return _by_pairs(lifted, first.times, time[None] - u)[0], _by_pairs(lifted, second.times, time[None] + u)[0]
 
 
-def from_warps(warp1: Float[Array, "l n+1"], warp2: Float[Array, "l n+1"], knots: int) -> Float[Array, "l {knots}"]:
+def from_warps(warp1: Float[Array, "l nodes"], warp2: Float[Array, "l nodes"], knots: int) -> Float[Array, "l {knots}"]:
     """A path between arc lengths as u."""
     middle = (warp1 + warp2) / 2
     time = jnp.asarray(np.arange(knots) / knots, warp1.dtype)
-    place = time - middle[:, :1]
+    place = time[None] - middle[:, :1]
     place = place - jnp.floor(place) + middle[:, :1]
     return jax.vmap(jnp.interp)(place, middle, (warp2 - warp1) / 2)
 
@@ -122,7 +132,7 @@ def _sampled(first: CurveTable, second: CurveTable, u: Float[Array, "l m"]) -> _
     knots = u.shape[1]
     time = jnp.asarray(np.arange(knots) / knots, u.dtype)
     found = []
-    for table, place in ((first, time - u), (second, time + u)):
+    for table, place in ((first, time[None] - u), (second, time[None] + u)):
         knot, pace = _by_pairs(lifted, table.times, place)
         after = jnp.concatenate([knot[:, 1:], knot[:, :1] + 1], axis=1)
         q, slope = _by_pairs(periodic, table.srvf, (knot + after) / 2, table.count)
@@ -140,13 +150,14 @@ def _state(first: CurveTable, second: CurveTable, true, u: Float[Array, "l m"], 
 def _vectors(at: _Sampled, rotation: Float[Array, "d d l"]):
     """Of every piece: the residual, `R q2 sqrt(gamma2')`, and the residual's derivatives in u at its two ends."""
     knots = at.run1.shape[1]
-    root1, root2 = jnp.sqrt(at.run1), jnp.sqrt(at.run2)
+    root1, root2 = jnp.sqrt(at.run1)[None], jnp.sqrt(at.run2)[None]
     turn = rotation[..., None]
     along1, along2 = at.slope1 * (root1 / 2), rotate(turn, at.slope2) * (root2 / 2)
     turned = rotate(turn, at.q2)
     longer1, longer2 = at.q1 * (knots / 2 / root1), turned * (knots / 2 / root2)
-    after1, after2 = (jnp.roll(pace, -1, axis=1) for pace in (at.pace1, at.pace2))
-    left = (longer1 - along1) * at.pace1 + (longer2 - along2) * at.pace2
+    pace1, pace2 = at.pace1[None], at.pace2[None]
+    after1, after2 = (jnp.roll(pace, -1, axis=-1) for pace in (pace1, pace2))
+    left = (longer1 - along1) * pace1 + (longer2 - along2) * pace2
     right = -(longer1 + along1) * after1 - (longer2 + along2) * after2
     return at.q1 * root1 - turned * root2, turned * root2, left, right
 
@@ -180,6 +191,17 @@ def _moved(here: State, damping: Float[Array, " l"]) -> tuple[Float[Array, "l m"
     change = dot(solved[1:], turn[..., None]) - solved[0]
     rotation = multiply(cayley(turn, here.rotation.shape[0]), here.rotation)
     return _within_limits(here.u, change), rotation
+
+
+def _shifted(here: State, damping: Float[Array, " l"]) -> tuple[Float[Array, "l m"], Float[Array, "d d l"]]:
+    """The same with all of u moved as one."""
+    border = jnp.sum(here.border, axis=2)
+    curvature = jnp.sum(here.diagonal + 2 * here.beside, axis=1) * (1 + damping)
+    sides = jnp.concatenate([jnp.sum(here.gradient, axis=1)[None], border]) / jnp.maximum(curvature, 1e-9)[None]
+    corner = here.corner * (1 + 1e-6 * jnp.eye(len(here.corner), dtype=damping.dtype)[..., None])
+    turn = solve(corner - border[:, None] * sides[None, 1:], (here.turning - border * sides[:1])[:, None])[:, 0]
+    change = dot(sides[1:], turn) - sides[0]
+    return here.u + change[:, None], multiply(cayley(turn, here.rotation.shape[0]), here.rotation)
 
 
 def _within_limits(u: Float[Array, "l m"], change: Float[Array, "l m"]) -> Float[Array, "l m"]:

@@ -55,7 +55,7 @@ def starts(first: CurveTable, second: CurveTable, count: int) -> Paths:
     d, pairs = c.shape[0], c.shape[3]
     rotation = best_rotation(jnp.swapaxes(c, 2, 3).reshape(d, d, -1)).reshape(d, d, pairs, count)
     even = jnp.broadcast_to(jnp.asarray([0.0, 1.0], t1.dtype), (pairs, count, 2))
-    shift = jnp.asarray(np.arange(count) / count, t1.dtype)[:, None]
+    shift = jnp.asarray(np.arange(count) / count, t1.dtype)[None, :, None]
     return Paths(even, even + shift, rotation, jnp.zeros((pairs, count), t1.dtype))
 
 
@@ -80,32 +80,32 @@ def _better(first: CurveTable, second: CurveTable, paths: Paths, round_: Round, 
     return Paths(*warps, rotation.reshape(*rotation.shape[:2], pairs, kept), cosine.reshape(pairs, kept))
 
 
-def _carried(table: CurveTable, warp: Float[Array, "l f+1"]) -> Float[Array, "d l f"]:
+def _carried(table: CurveTable, warp: Float[Array, "l nodes"]) -> Float[Array, "d l f"]:
     """`t(gamma) sqrt(gamma')` at equal times: the slope is the mean of those before and after."""
     (pairs, _, size), lanes, fine = table.tangents.shape, warp.shape[0], warp.shape[1] - 1
     field = nearest(table.tangents, jnp.full(pairs, size), warp[:, :-1].reshape(pairs, -1))
     slope = jnp.maximum(jnp.diff(warp, axis=1), 0) * fine
     root = jnp.sqrt((slope + jnp.roll(slope, 1, axis=1)) / 2)
-    return field.reshape(-1, lanes, fine) * root
+    return field.reshape(-1, lanes, fine) * root[None]
 
 
-def _at(warp: Float[Array, "l f+1"], index: Int[Array, "l n"]) -> Float[Array, "l n"]:
+def _at(warp: Float[Array, "l nodes"], index: Int[Array, "l n"]) -> Float[Array, "l n"]:
     """The lifted warp at whole entries, less than a turn before the first or behind the last."""
     fine = warp.shape[1] - 1
-    turns = (index >= fine).astype(jnp.int32) - (index < 0)
+    turns = (index >= fine).astype(jnp.int32) - (index < 0).astype(jnp.int32)
     found = jnp.take_along_axis(warp, index - turns * fine, axis=1, mode="promise_in_bounds")
     return found + turns.astype(warp.dtype)
 
 
-def _divided(warp: Float[Array, "l m+1"], pieces: int) -> Float[Array, "l {pieces}+1"]:
+def _divided(warp: Float[Array, "l nodes"], pieces: int) -> Float[Array, "l {pieces}+1"]:
     """The same warp with every piece divided evenly."""
     share = np.arange(pieces // (warp.shape[1] - 1)) * (warp.shape[1] - 1) / pieces
-    rise = jnp.diff(warp, axis=1)[..., None] * jnp.asarray(share, warp.dtype)
+    rise = jnp.diff(warp, axis=1)[..., None] * jnp.asarray(share, warp.dtype)[None, None]
     inside = (warp[:, :-1, None] + rise).reshape(warp.shape[0], pieces)
     return jnp.concatenate([inside, warp[:, -1:]], axis=1)
 
 
-def _turned(warp: Float[Array, "l f+1"]) -> Float[Array, "l f+1"]:
+def _turned(warp: Float[Array, "l nodes"]) -> Float[Array, "l nodes"]:
     """The same warp from its middle on."""
     half = warp.shape[1] // 2
     return jnp.concatenate([warp[:, half:-1], warp[:, : half + 1] + 1], axis=1)

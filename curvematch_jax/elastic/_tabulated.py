@@ -52,7 +52,8 @@ class Tables:
 def tables_of(curves: np.ndarray, aligner: Aligner) -> Tables:
     """The tables of curves `(C, d, n)` without repeated samples."""
     size = aligner.chunk
-    shapes = jax.eval_shape(aligner.tabulate, chunks.padded(curves[:size], size))
+    some = jax.ShapeDtypeStruct((size, *curves.shape[1:]), curves.dtype)
+    shapes = jax.eval_shape(aligner.tabulate, some)
     tables = jax.tree.map(lambda shape: np.empty((len(curves), *shape.shape[1:]), shape.dtype), shapes)
 
     def compute(part: slice) -> Any:
