@@ -113,12 +113,11 @@ def test_real_numbers_of_every_kind_are_taken(curve, dtype):
         ([["a"]], "outline has dtype <U1"),
         (np.array([[object()]]), "outline is no array of real numbers"),
         (np.array([[10**400]], object), "outline is no array of real numbers"),
-        (None, "outline"),
         ("curve", "outline"),
         (np.zeros((2, 9), "datetime64[s]"), "outline has dtype datetime64"),
         (np.full((2, 9), 1j), "outline has dtype complex128"),
     ],
-    ids=["mask", "ragged", "text", "things", "huge", "none", "word", "time", "complex"],
+    ids=["mask", "ragged", "text", "things", "huge", "word", "time", "complex"],
 )
 def test_what_holds_no_real_numbers_is_refused_in_one_sentence(curve, words):
     for function in (as_curves, as_shapes):
