@@ -11,7 +11,7 @@ from ._aligner import Aligner, Alignment, Round, check_least
 from ._certify import path_distance
 from ._frame import AnyArray
 from ._refine import from_warps, refine, warps_of
-from ._search import search
+from ._search import MOST_STARTS, search
 from ._tables import CurveTable, tabulate
 
 
@@ -47,8 +47,8 @@ class Elastic(Aligner):
                 )
             nodes = round_.nodes
         kept = [round_.paths for round_ in self.rounds] + [self.paths]
-        if not self.rounds or kept != sorted(kept, reverse=True):
-            raise ValueError(f"Elastic needs rounds of fewer and fewer paths, not {kept}.")
+        if not self.rounds or kept != sorted(kept, reverse=True) or kept[0] > MOST_STARTS:
+            raise ValueError(f"Elastic needs rounds of fewer and fewer paths, {MOST_STARTS} at most, not {kept}.")
         if self.knots < 8 or self.knots & (self.knots - 1):
             raise ValueError(f"Elastic.knots = {self.knots}: it has to be a power of 2, 8 or more.")
 

@@ -31,7 +31,7 @@ def frobenius(a: Float[Array, "d d *k"], b: Float[Array, "d d *k"]) -> Float[Arr
     return reduce(add, (dot(x, y) for x, y in zip(a, b, strict=True)))
 
 
-def rotate(rotation: Float[Array, "d d *l"], field: Float[Array, "d *k"]) -> Float[Array, "d *k"]:
+def rotate(rotation: Float[Array, "e d *l"], field: Float[Array, "d *k"]) -> Float[Array, "e *k"]:
     """`R q`, pointwise; `rotation` has the rank of `field` plus one, with length-1 axes where it is constant."""
     return jnp.stack([dot(row, field) for row in rotation])
 

@@ -20,7 +20,7 @@ from ._rotation import best_rotation, covariance
 from ._start import shift_covariances
 from ._tables import CurveTable
 
-_GRID = 64  # arc lengths at which start points are compared
+MOST_STARTS = 64  # as many arc lengths as curves are compared at
 
 
 class Paths(NamedTuple):
@@ -50,12 +50,13 @@ def search(first: CurveTable, second: CurveTable, rounds: tuple[Round, ...], tru
 
 def starts(first: CurveTable, second: CurveTable, count: int) -> Paths:
     """Both curves by arc length, from evenly spaced start points, each with the rotation that brings them nearest."""
-    t1, t2 = (on_grid(table, _GRID) for table in (first, second))
-    c = shift_covariances(t1, t2)[:, :, :: _GRID // count]
+    t1, t2 = (on_grid(table, MOST_STARTS) for table in (first, second))
+    index = np.round(np.arange(count) * (MOST_STARTS / count)).astype(int)
+    c = shift_covariances(t1, t2)[:, :, index]
     d, pairs = c.shape[0], c.shape[3]
     rotation = best_rotation(jnp.swapaxes(c, 2, 3).reshape(d, d, -1)).reshape(d, d, pairs, count)
     even = jnp.broadcast_to(jnp.asarray([0.0, 1.0], t1.dtype), (pairs, count, 2))
-    shift = jnp.asarray(np.arange(count) / count, t1.dtype)[None, :, None]
+    shift = jnp.asarray(index / MOST_STARTS, t1.dtype)[None, :, None]
     return Paths(even, even + shift, rotation, jnp.zeros((pairs, count), t1.dtype))
 
 
