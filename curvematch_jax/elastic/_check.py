@@ -7,7 +7,7 @@ import jax
 import jax.core
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, ArrayLike, Float, Shaped
 
 from ._aligner import Aligner
 from ._distinct import resolution
@@ -52,7 +52,7 @@ def as_shapes(name: str, curve: ArrayLike | Sequence) -> Float[Array, "*b d n"]:
     return to_jax(shape.astype(frame.dtype))
 
 
-def as_framed(name: str, curve: ArrayLike | Sequence) -> tuple[Float[AnyArray, "*b d n"], Frame]:
+def as_framed(name: str, curve: ArrayLike | Sequence) -> tuple[Shaped[AnyArray, "*b d n"], Frame]:
     """The shapes of closed curves, and where they lie.
 
     Arrays of numpy in the precision that came, with numbers checked as in `as_curves`; traced ones are of JAX.

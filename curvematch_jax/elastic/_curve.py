@@ -10,17 +10,17 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, ArrayLike, Float, Shaped
 
 from ._check import as_framed
 from ._distinct import distinct, is_new
-from ._frame import AnyArray, Frame, namespace
+from ._frame import A, AnyArray, Frame, namespace
 
 _OVERSAMPLING = 4
 _BLOCK = 2**19  # numbers in a table of waves
 
 
-def velocity(curve: Float[AnyArray, "*b d n"], m: int) -> Float[AnyArray, "*b d m"]:
+def velocity(curve: Float[A, "*b d n"], m: int) -> Float[A, "*b d m"]:
     """Derivative of the trigonometric interpolant at `k/m`, `m >= n`. Its mean is zero: the curve is closed."""
     n, xp = curve.shape[-1], namespace(curve)
     frequency = np.arange(n // 2 + 1)
@@ -38,7 +38,7 @@ def oversampled(curve: Float[Array, "*b d n"], m: int) -> Float[Array, "*b d m"]
     return jnp.fft.irfft(jnp.where(kept, spectrum, 0) * (m / n), n=m, axis=-1).astype(curve.dtype)
 
 
-def norm(field: Float[AnyArray, "*b d n"]) -> Float[AnyArray, "*b n"]:
+def norm(field: Float[A, "*b d n"]) -> Float[A, "*b n"]:
     """Pointwise Euclidean norm over the components, with derivative 0 where it vanishes."""
     xp = namespace(field)
     square = xp.sum(field * field, axis=-2)
@@ -106,7 +106,7 @@ def _resampled(shape: Float[AnyArray, "*b d m"], n: int) -> Float[AnyArray, "*b 
     return np.concatenate([_waves(spectrum, times[..., s : s + block]) for s in range(0, n, block)], axis=-1)
 
 
-def without_repeats(shape: Float[AnyArray, "*b d n"], frame: Frame) -> Float[AnyArray, "*b d n"]:
+def without_repeats(shape: Shaped[AnyArray, "*b d n"], frame: Frame) -> Float[AnyArray, "*b d n"]:
     """Concrete shapes in float64, without repeated samples; traced ones as they are."""
     if not isinstance(shape, np.ndarray):
         return shape
@@ -123,7 +123,7 @@ def _waves(spectrum: Any, times: Float[AnyArray, "*b n"]) -> Float[AnyArray, "*b
     return spectrum.real[..., :1] + 2 * waves
 
 
-def srvf_of(speed_vector: Float[AnyArray, "*b d n"]) -> Float[AnyArray, "*b d n"]:
+def srvf_of(speed_vector: Float[A, "*b d n"]) -> Float[A, "*b d n"]:
     """`v / sqrt|v|`, scaled to unit L2 norm; zero where `v` is."""
     xp, speed = namespace(speed_vector), norm(speed_vector)
     root = xp.sqrt(xp.where(speed > 0, speed, 1) * xp.mean(speed, axis=-1, keepdims=True))

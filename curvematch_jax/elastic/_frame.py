@@ -5,15 +5,16 @@ are brought to a common frame before anything is computed, and before they are c
 """
 
 from types import ModuleType
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Shaped
 
-AnyArray = Array | np.ndarray
+AnyArray = Array | np.ndarray  # Annotated as `Shaped` where it can be a longdouble, which is no `Float`.
+A = TypeVar("A", bound=AnyArray)  # What comes of an array is one of the same kind.
 
 _LOST = 1e-4  # of a curve's size, in the rounding of its samples: more, and its tangents are noise
 
@@ -32,21 +33,21 @@ class Frame(NamedTuple):
         dtype: what results are given in.
     """
 
-    half: Float[AnyArray, "*b d 1"]
-    scale: Float[AnyArray, "*b 1 1"]
+    half: Shaped[AnyArray, "*b d 1"]
+    scale: Shaped[AnyArray, "*b 1 1"]
     dtype: np.dtype
 
-    def points(self, name: str, shape: Float[AnyArray, "*b d n"]) -> Float[Array, "*b d n"]:
+    def points(self, name: str, shape: Shaped[AnyArray, "*b d n"]) -> Float[Array, "*b d n"]:
         """The samples of shapes in the curves' units. `ValueError`, as `check`, unless its dtype can hold them."""
         if isinstance(shape, np.ndarray):
             self.check(name)
         return self._given(name, self.scale * shape + self.half)
 
-    def offsets(self, name: str, shape: Float[AnyArray, "*b d n"]) -> Float[Array, "*b d n"]:
+    def offsets(self, name: str, shape: Shaped[AnyArray, "*b d n"]) -> Float[Array, "*b d n"]:
         """As `points`, but for the position, which is forgotten."""
         return self._given(name, self.scale * shape)
 
-    def lengths(self, name: str, length: Float[AnyArray, "*b 1"]) -> Float[Array, "*b"]:
+    def lengths(self, name: str, length: Shaped[AnyArray, "*b 1"]) -> Float[Array, "*b"]:
         """Lengths on shapes, in the curves' units."""
         return self._given(name, (self.scale[..., 0] * length).squeeze(-1))
 
@@ -73,10 +74,10 @@ class Frame(NamedTuple):
             raise ValueError(
                 f"{name} is too small for {self.dtype}, which begins at {limits.tiny:.0e}: give a smaller unit."
             )
-        return to_jax((half + half).astype(self.dtype))
+        return to_jax(np.asarray(half + half, self.dtype))
 
 
-def framed(curve: Float[AnyArray, "*b d n"]) -> tuple[Float[AnyArray, "*b d n"], Frame]:
+def framed(curve: Shaped[AnyArray, "*b d n"]) -> tuple[Shaped[AnyArray, "*b d n"], Frame]:
     """Shapes of curves, and where they lie: the middle of the bounding box at 0, its longest side from 1 to 2.
 
     The scale is a power of two, so the difference to the middle is all that is rounded. No intermediate overflows, and

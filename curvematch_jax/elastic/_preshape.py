@@ -18,7 +18,7 @@ from ._curve import norm
 
 _NEWTON_STEPS = 12
 _DUAL_STEPS = 40
-_ANGLE_STEPS = 8
+_ANGLE_STEPS = 12
 _GENTLE_STEPS = 60
 _POLISHING_STEPS = 3
 _LONGEST = 0.25  # of a gentle step's multiplier
@@ -155,15 +155,15 @@ def _moved(q: Float[Array, "d n"], x: Float[Array, " d"]) -> tuple[Float[Array, 
     the number t of each sample.
     """
     size = norm(q)
-    direction = q / jnp.where(size > 0, size, 1)
+    direction = q / jnp.where(size > 0, size, 1)[None]
     along, square = jnp.sum(x[:, None] * direction, axis=0), jnp.sum(x * x)
     t = _ratio(*lax.stop_gradient((along, square)))
     for _ in range(2):  # Exact already, these are for first and second derivatives.
         root = jnp.sqrt(t * t - 2 * t * along + square)
         miss = t * t - 3 * t * along + 2 * square - root
         t = t - miss / (2 * t - 3 * along - (t - along) / root)
-    towards = t * direction - x[:, None]
-    p = towards * (size / (t * norm(towards)))
+    towards = t[None] * direction - x[:, None]
+    p = towards * (size / (t * norm(towards)))[None]
     return p, jnp.mean(jnp.sum(q * p, axis=0)) / 2
 
 
