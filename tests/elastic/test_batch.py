@@ -13,6 +13,8 @@ from curvematch_jax.elastic import _batch as batch
 from curvematch_jax.elastic import _chunks as chunks
 from curvematch_jax.elastic import _tables as tables
 
+pytestmark = pytest.mark.slow  # compiles much
+
 N = 24
 RIGID = Rigid(grid=32, chunk=8)
 

@@ -13,6 +13,8 @@ from curvematch_jax.elastic._certify import path_distance
 from curvematch_jax.elastic._rotation import cayley
 from curvematch_jax.elastic._tables import tabulate
 
+pytestmark = pytest.mark.slow  # compiles much
+
 KNOTS, LANES = 32, 2
 FEW_AND_MANY = 2, 6  # steps: each number is compiled once
 state_of = jax.jit(lambda first, second, u, turn: refinement._state(first, second, None, u, turn))

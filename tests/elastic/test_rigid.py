@@ -9,6 +9,8 @@ from elastic.shapes import certified, fourier, kabsch, rotation
 
 from curvematch_jax.elastic import Aligner, Rigid, align, pair_distances, to_srvf
 
+pytestmark = pytest.mark.slow  # compiles much
+
 N = 100
 
 
