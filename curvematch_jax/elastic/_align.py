@@ -59,7 +59,7 @@ def _align_concrete(curve1: np.ndarray, curve2: np.ndarray, aligner: Aligner) ->
 
     some = jax.ShapeDtypeStruct((size, *curve1.shape[1:]), curve1.dtype)
     shapes = jax.eval_shape(ft.partial(align_chunk, aligner), some, some)
-    whole: Any = Alignment(*(np.empty((total, *shape.shape[1:]), shape.dtype) for shape in shapes))
+    whole: Any = jax.tree.map(lambda shape: np.empty((total, *shape.shape[1:]), shape.dtype), shapes)
     for part, found in chunks.run(compute, (slice(s, min(s + size, total)) for s in range(0, total, size))):
         for array, piece in zip(whole, found, strict=True):
             array[part] = piece[: part.stop - part.start]
