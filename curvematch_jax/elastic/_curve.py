@@ -12,9 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float, Shaped
 
-from ._check import as_framed
-from ._distinct import distinct, is_new
-from ._frame import A, AnyArray, Frame, namespace
+from ._check import as_framed, traced
+from ._distinct import distinct, distinct_parameter, is_new
+from ._frame import A, AnyArray, Frame, namespace, to_jax
 
 _OVERSAMPLING = 4
 _BLOCK = 2**19  # numbers in a table of waves
@@ -111,6 +111,22 @@ def without_repeats(shape: Shaped[AnyArray, "*b d n"], frame: Frame) -> Float[An
     if not isinstance(shape, np.ndarray):
         return shape
     return distinct(shape.astype(float).reshape(-1, *shape.shape[-2:]), frame.dtype)[0].reshape(shape.shape)
+
+
+def unrepeated(curve: Float[Array, "*c d n"], warp: Float[Array, "*b nodes"]) -> tuple[Array, Array]:
+    """A curve without repeated samples, and a lifted warp of it as one of that curve; the batches broadcast.
+
+    For what reads a curve as it was given where an alignment of it says. Traced ones, and curves without repeated
+    samples, come back as they are.
+    """
+    if traced(curve, warp) or is_new(np.asarray(curve)).all():
+        return curve, warp
+    batch = np.broadcast_shapes(curve.shape[:-2], warp.shape[:-1])
+    curves = np.broadcast_to(np.asarray(curve), (*batch, *curve.shape[-2:])).reshape(-1, *curve.shape[-2:])
+    warps = np.broadcast_to(np.asarray(warp), (*batch, warp.shape[-1])).reshape(-1, warp.shape[-1])
+    found, places = distinct(curves)
+    there = distinct_parameter(warps, places)
+    return to_jax(found.reshape(*batch, *curve.shape[-2:])), to_jax(there.reshape(*batch, -1))
 
 
 def _waves(spectrum: Any, times: Float[AnyArray, "*b n"]) -> Float[AnyArray, "*b d n"]:

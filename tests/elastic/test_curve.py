@@ -6,11 +6,12 @@ import warnings
 import jax
 import numpy as np
 import pytest
-from elastic.shapes import ellipse, fourier, moved, spectral, x64
+from elastic.shapes import ellipse, fourier, moved, spectral, warps, x64
 from scipy.special import ellipe
 
 from curvematch_jax.elastic import _curve as curves
 from curvematch_jax.elastic import centre, length, resample, to_curve, to_srvf
+from curvematch_jax.elastic._distinct import distinct, original_parameter
 
 
 @pytest.mark.parametrize(("n", "relative"), [(16, 2e-5), (64, 1e-6), (400, 1e-6)])
@@ -96,6 +97,26 @@ def test_repeated_samples_change_nothing(name, n):
         expected = alone - alone.mean(axis=-1, keepdims=True)
         assert np.abs(np.asarray(one)[:, :, None] - expected[:, None]).max(axis=0).min(axis=1).max() < 1e-6
     np.testing.assert_array_equal(other, kept)
+
+
+@pytest.mark.parametrize("name", ["twice", "runs", "end", "start"])
+def test_a_curve_is_read_without_its_repeats_where_a_warp_of_it_says(name):
+    """Carried to the given curve, and read there, a warp is at the same points."""
+    curve, gamma = fourier(4, n=40, bend=0.1), warps(5, 3, 60).T
+    given = dict(repeats(curve))[name][None]
+    places = distinct(given)[1][0]
+    on_given = original_parameter(gamma, dict.fromkeys(range(3), places))
+    with x64():
+        found, back = curves.unrepeated(jax.numpy.asarray(given), jax.numpy.asarray(on_given))
+        assert found.shape == (3, *given.shape[1:])
+        np.testing.assert_allclose(back, gamma, atol=1e-9)
+        for one, warp in zip(found, back, strict=True):
+            at = spectral(np.asarray(one), np.asarray(warp))
+            np.testing.assert_allclose(at, spectral(curve, np.asarray(warp)), atol=1e-9)
+        smooth, same = jax.numpy.asarray(curve), jax.numpy.asarray(gamma)
+        assert curves.unrepeated(smooth, same)[0] is smooth
+    traced = jax.jit(lambda c, w: curves.unrepeated(c, w))(given, gamma)
+    np.testing.assert_allclose(traced[0], given, atol=1e-6)
 
 
 @pytest.mark.parametrize(("m", "n", "d"), [(8, 40, 2), (41, 9, 3), (60, 60, 4)])
