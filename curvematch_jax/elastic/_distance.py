@@ -9,7 +9,7 @@ from jaxtyping import Array, ArrayLike, Float
 from ._align import align
 from ._aligner import Aligner
 from ._check import as_aligner, as_shapes, check_pair, check_path, traced
-from ._curve import interpolate, srvf_of, velocity
+from ._curve import interpolate, srvf_of, unrepeated, velocity
 from ._kind import check_kind, length_between, length_to_ends, path_between
 from ._preshape import sphere_distance, unit
 
@@ -68,6 +68,7 @@ def alignment_distance(
 
 
 def _carried(curve: Float[Array, "*c d n"], warp: Float[Array, "*b nodes"], nodes: int) -> Float[Array, "*b d k"]:
+    curve, warp = unrepeated(curve, warp)
     field = srvf_of(velocity(curve, _PIECES * curve.shape[-1]))
     steps = jnp.diff(warp, axis=-1)
     share = (jnp.arange(nodes, dtype=warp.dtype) + 0.5) / nodes

@@ -6,7 +6,7 @@ from jaxtyping import Array, ArrayLike, Float
 
 from ._aligner import Alignment
 from ._check import as_curves, check_pair
-from ._curve import interpolate, oversampled, srvf_of
+from ._curve import interpolate, oversampled, srvf_of, unrepeated
 from ._lookup import divided
 
 _OVERSAMPLING = 8
@@ -21,7 +21,7 @@ def matched_points(
     """
     curve1, curve2 = as_curves("curve1", curve1), as_curves("curve2", curve2)
     check_pair(curve1, curve2)
-    return _points(curve1, alignment.warp1[..., :-1]), _points(curve2, alignment.warp2[..., :-1])
+    return _points(curve1, alignment.warp1)[..., :-1], _points(curve2, alignment.warp2)[..., :-1]
 
 
 def warp_onto(alignment: Alignment, n: int) -> Float[Array, "*b {n}+1"]:
@@ -45,10 +45,10 @@ def aligned_curve(curve1: ArrayLike, curve2: ArrayLike, alignment: Alignment) ->
     """
     curve1, curve2 = as_curves("curve1", curve1), as_curves("curve2", curve2)
     check_pair(curve1, curve2)
-    points = _points(curve2, warp_onto(alignment, curve1.shape[-1])[..., :-1])
+    points = _points(curve2, warp_onto(alignment, curve1.shape[-1]))[..., :-1]
     turned = jnp.einsum("...ij,...jn->...in", alignment.rotation, points)
     mean = lambda x: jnp.mean(x, axis=-1, keepdims=True)  # noqa: E731
-    return turned - mean(turned) + mean(curve1)
+    return turned - mean(turned) + jnp.broadcast_to(mean(curve1), (*turned.shape[:-1], 1))
 
 
 def srvfs_along(
@@ -63,6 +63,11 @@ def srvfs_along(
     return jnp.asarray(q1), alignment.rotation @ q2
 
 
-def _points(curve: Float[Array, "*c d n"], times: Float[Array, "*b k"]) -> Float[Array, "*b d k"]:
+def _points(curve: Float[Array, "*c d n"], warp: Float[Array, "*e nodes"]) -> Float[Array, "*b d nodes"]:
+    """Where a curve is at the parameters of a lifted warp."""
+    curve, warp = unrepeated(curve, warp)
     points = oversampled(curve, _OVERSAMPLING * curve.shape[-1])
-    return interpolate(jnp.broadcast_to(points, (*times.shape[:-1], *points.shape[-2:])), times)
+    batch = jnp.broadcast_shapes(curve.shape[:-2], warp.shape[:-1])
+    return interpolate(
+        jnp.broadcast_to(points, (*batch, *points.shape[-2:])), jnp.broadcast_to(warp, (*batch, warp.shape[-1]))
+    )
