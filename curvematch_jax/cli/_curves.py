@@ -22,6 +22,7 @@ from ._inputs import Failure
 from ._output import Output
 
 _SHOWN = 3  # components drawn
+_TESTS = {"energy": energy_test, "variance": variance_test}
 
 
 def make_outlines(
@@ -116,7 +117,10 @@ def _image_files(inputs: Sequence[Path]) -> list[Path]:
 
 def _tests(curves: np.ndarray, labels: list[str], permutations: int, output: Output) -> dict[str, dict[str, float]]:
     matrix = distance_matrix(curves, progress=output.progress)
-    found = {"energy": energy_test(matrix, labels, permutations), "variance": variance_test(matrix, labels, permutations)}
+    found = {
+        "energy": energy_test(matrix, labels, permutations),
+        "variance": variance_test(matrix, labels, permutations),
+    }
     return {name: {"statistic": test.statistic, "p": test.p} for name, test in found.items()}
 
 
@@ -125,7 +129,9 @@ def _write(folder: Path, mean, components: TangentPCA, scores: np.ndarray, names
     write_curves(folder / "aligned.npz", mean.aligned, names)
     with (folder / "scores.csv").open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
-        rows.writerow(["curve", *([] if labels is None else ["group"]), *(f"PC{i + 1}" for i in range(scores.shape[1]))])
+        rows.writerow(
+            ["curve", *([] if labels is None else ["group"]), *(f"PC{i + 1}" for i in range(scores.shape[1]))]
+        )
         for index, (name, row) in enumerate(zip(names, scores, strict=True)):
             rows.writerow([name, *([] if labels is None else [labels[index]]), *(f"{x:.7g}" for x in row)])
     shown = min(_SHOWN, len(components.deviations))

@@ -38,10 +38,10 @@ def leaves(
 ) -> Leaves:
     """`count` leaves around one mean shape, half of them in each of two groups.
 
-    A leaf is `(1.6 r cos t, r sin t)` with `r = (1 + .3 cos t + .08 cos 2t) (1 + s_1 cos 2t + s_2 sin 3t)`; in R^3 it is
-    bent by `.4 cos 2t + s_1 cos 3t` out of the plane. The mean leaf is its own mirror image. The first component keeps
-    that symmetry and the second one breaks it, so they are orthogonal in every metric that knows no left and right. The
-    scores are normal with the given deviations, the first around `+- apart / 2` by group.
+    A leaf is `(1.5 r cos t, r sin t)` with `r = 1 + .3 cos 5t + s_1 cos 2t + s_2 sin 3t`; in R^3 it is bent by `.4 cos
+    2t + s_1 cos 3t` out of the plane. The mean leaf is its own mirror image. The first component keeps that symmetry
+    and the second one breaks it, so they are orthogonal in every metric that knows no left and right. The scores are
+    normal with the given deviations, the first around `+- apart / 2` by group.
 
     Args:
         count: of leaves.
@@ -70,8 +70,8 @@ def leaves(
 def _leaf(scores: np.ndarray, d: int) -> np.ndarray:
     """A dense leaf `(d, _DENSE)`."""
     t = 2 * np.pi * np.arange(_DENSE) / _DENSE
-    radius = (1 + 0.3 * np.cos(t) + 0.08 * np.cos(2 * t)) * (1 + scores[0] * np.cos(2 * t) + scores[1] * np.sin(3 * t))
-    leaf = [1.6 * radius * np.cos(t), radius * np.sin(t)]
+    radius = 1 + 0.3 * np.cos(5 * t) + scores[0] * np.cos(2 * t) + scores[1] * np.sin(3 * t)
+    leaf = [1.5 * radius * np.cos(t), radius * np.sin(t)]
     return np.stack(leaf if d == 2 else [*leaf, 0.4 * np.cos(2 * t) + scores[0] * np.cos(3 * t)])
 
 

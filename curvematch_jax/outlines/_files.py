@@ -42,8 +42,8 @@ def write_curves(path: str | Path, curves: ArrayLike | Sequence, names: Sequence
     - `.csv`: columns `curve,point,x,y[,z]`, a row for each sample.
     - `.tps`: `LM=n`, n lines `x y`, `ID=name` (`LM3=` and three numbers in R^3).
 
-    Raises `ValueError` for another suffix, other than closed curves of one dimension, and names that are not one for each.
-    """
+    Raises `ValueError` for another suffix, other than closed curves of one dimension, and names that are not one for
+    each."""
     path = Path(path)
     listed = [_closed(f"curve {i}", curve) for i, curve in enumerate(curves)]
     names = [f"curve-{i}" for i in range(len(listed))] if names is None else [str(name) for name in names]

@@ -16,9 +16,8 @@ _MOST_PIXELS = 10**8
 def read_outlines(path: str | Path, n: int = 100, smoothing: float = 1.0, each: bool = False) -> Outlines:
     """The outlines of an image file, PNG or TIFF, as `outlines_of`; they are named after the file.
 
-    Raises `ValueError` for a file that is no image of that kind or has more than 10^8 pixels, and as `outlines_of`, with the
-    file's name; `ImportError` without scikit-image (the extra `outlines`).
-    """
+    Raises `ValueError` for a file that is no image of that kind or has more than 10^8 pixels, and as `outlines_of`,
+    with the file's name; `ImportError` without scikit-image (the extra `outlines`)."""
     path = Path(path)
     try:
         return outlines_of(_pixels(path), n, smoothing, each, path.stem)

@@ -15,7 +15,8 @@ _LEAST_POINTS = 8
 
 
 class Outlines(NamedTuple):
-    """Attributes: closed curves `(k, 2, n)` in pixels, x to the right and y up, counter-clockwise; their names; and what was
+    """Attributes: closed curves `(k, 2, n)` in pixels, x to the right and y up, counter-clockwise; their names; and
+    what was
     passed over or is noteworthy, a sentence each."""
 
     curves: np.ndarray
@@ -28,9 +29,10 @@ def outlines_of(
 ) -> Outlines:
     """The outline of the largest shape in a binary image, or that of each label.
 
-    The contour at half height, between pixel centres, is a staircase. Its points are moved towards the means of their neighbours
-    within `smoothing` pixels of arc (a Gaussian of that deviation), by no more than `smoothing` pixels each: so no point of the
-    curve is farther than that from the contour, but for sampling. Then `n` samples at equal arc lengths.
+    The contour at half height, between pixel centres, is a staircase. Its points are moved towards the means of their
+    neighbours within `smoothing` pixels of arc (a Gaussian of that deviation), by no more than `smoothing` pixels each:
+    so no point of the curve is farther than that from the contour, but for sampling. Then `n` samples at equal arc
+    lengths.
 
     Args:
         image: `(rows, columns)`; 0 is background. Without `each` everything else is foreground.
@@ -40,7 +42,8 @@ def outlines_of(
         name: of the outline, or what the labels' names begin with.
 
     Raises:
-        ValueError: for what is no image of one channel, an image without foreground, shapes of fewer than 9 pixels and shapes
+        ValueError: for what is no image of one channel, an image without foreground, shapes of fewer than 9 pixels and
+        shapes
             that reach the border, if there is no other one. With `each` those are left out, and named in the notes.
         ImportError: without scikit-image (the extra `outlines`).
     """

@@ -21,8 +21,8 @@ _INCHES = 2.2
 def mean_picture(mean: ArrayLike, aligned: ArrayLike, path: str | Path) -> None:
     """Draw a mean `(d, n)` over the curves `(k, d, n)` that are aligned to it; d is 2 or 3.
 
-    Raises `ValueError` for other shapes and a path that cannot be written to, `ImportError` without matplotlib (`plot`).
-    """
+    Raises `ValueError` for other shapes and a path that cannot be written to, `ImportError` without matplotlib
+    (`plot`)."""
     mean, aligned = _as_curves(np.asarray(mean)[None]), _as_curves(aligned)
     figure = new_figure(4.5, 4.5)
     axes = _axes(figure, 1, 1, np.concatenate([mean, aligned]))[0]
@@ -33,7 +33,8 @@ def mean_picture(mean: ArrayLike, aligned: ArrayLike, path: str | Path) -> None:
 
 
 def components_picture(rows: ArrayLike, path: str | Path, titles: Sequence[str] = ()) -> None:
-    """Draw rows of curves `(c, s, d, n)`, such as `TangentPCA.along` of several components. Errors as `mean_picture`."""
+    """Draw rows of curves `(c, s, d, n)`, such as `TangentPCA.along` of several components. Errors as
+    `mean_picture`."""
     rows = np.asarray(rows, float)
     if rows.ndim != 4:
         raise ValueError(f"rows has shape {rows.shape}: give curves (rows, columns, d, n).")
@@ -53,10 +54,13 @@ def geodesic_picture(curves: ArrayLike, path: str | Path) -> None:
 
 
 def scores_picture(scores: ArrayLike, path: str | Path, groups: Sequence[str] | None = None) -> None:
-    """Draw the two first scores of each curve, `(k, c >= 1)`, in the colours of their groups. Errors as `mean_picture`."""
+    """Draw the two first scores of each curve, `(k, c >= 1)`, in the colours of their groups. Errors as
+    `mean_picture`."""
     found = np.asarray(scores, float)
     if found.ndim != 2 or (groups is not None and len(groups) != len(found)):
-        raise ValueError(f"scores has shape {found.shape}: give numbers (curves, components), and a group for each curve.")
+        raise ValueError(
+            f"scores has shape {found.shape}: give numbers (curves, components), and a group for each curve."
+        )
     labels = np.asarray(["" for _ in found] if groups is None else [str(group) for group in groups])
     figure = new_figure(5, 4.2)
     axes = figure.add_subplot()

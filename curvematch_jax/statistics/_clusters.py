@@ -18,7 +18,8 @@ _ROUNDS = 20
 
 
 class Clusters(NamedTuple):
-    """Attributes: labels `(k,)`, the centres `(c, d, n)`, distances of each curve to its centre `(k,)`, their squares' mean,
+    """Attributes: labels `(k,)`, the centres `(c, d, n)`, distances of each curve to its centre `(k,)`, their squares'
+    mean,
     and whether labels had stopped changing."""
 
     labels: np.ndarray
@@ -37,9 +38,9 @@ def shape_kmeans(
 ) -> Clusters:
     """Groups of closed curves `(k, d, n)`, each around a Karcher mean.
 
-    k-medoids first, on the matrix of distances: greedy starts, then exchanges while they help (Kaufman and Rousseeuw 1990).
-    Then means of the groups, and curves to the nearest mean, while labels change. Deterministic; labels are in the order of the
-    groups' first members.
+    k-medoids first, on the matrix of distances: greedy starts, then exchanges while they help (Kaufman and Rousseeuw
+    1990). Then means of the groups, and curves to the nearest mean, while labels change. Deterministic; labels are in
+    the order of the groups' first members.
 
     Args:
         clusters: how many.
@@ -57,7 +58,9 @@ def shape_kmeans(
     if matrix is None:
         matrix = distance_matrix(given, aligner=aligner, progress=progress)
     if np.shape(matrix) != (len(given), len(given)):
-        raise ValueError(f"matrix has shape {np.shape(matrix)}: {len(given)} curves have one of that many rows and columns.")
+        raise ValueError(
+            f"matrix has shape {np.shape(matrix)}: {len(given)} curves have one of that many rows and columns."
+        )
     labels = _labels(np.asarray(matrix, float), medoids(np.asarray(matrix, float), clusters, in_order(given)))
     return _moved(given, labels, aligner)
 

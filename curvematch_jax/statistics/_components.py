@@ -55,9 +55,9 @@ class TangentPCA:
         """Of the curves of a mean `karcher_mean(curves)`, one group.
 
         Args:
-            mean: with its tangent vectors.
-            components: how many are kept; all that are above rounding unless given.
-            size: radians to a unit of the logarithm of length, which is one more coordinate of the curves. 0 analyses shape
+            mean: with its tangent vectors. components: how many are kept; all that are above rounding unless given.
+            size: radians to a unit of the logarithm of length, which is one more coordinate of the curves. 0 analyses
+            shape
                 alone.
 
         Raises:
@@ -117,7 +117,7 @@ class TangentPCA:
                 f"scores has shape {found.shape}: give finite numbers, {len(self.components)} or fewer of each shape."
             )
         v = np.tensordot(found, self.components[: found.shape[-1]].astype(float), axes=1)
-        base = np.broadcast_to(self.base, v.shape)
+        base = jnp.broadcast_to(jnp.asarray(self.base), v.shape)
         return np.asarray(exp(base, project_tangent(base, jnp.asarray(v, self.base.dtype))))
 
     def inverse_transform(self, scores: ArrayLike) -> np.ndarray:

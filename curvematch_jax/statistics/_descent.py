@@ -1,9 +1,9 @@
 """The descent to a mean or a median of each of several groups of closed curves, all at once.
 
-Minimised is `sum_i w_i d(mu, c_i)^p`, p = 2 for the mean (Karcher 1977), 1 for the median. Every curve is aligned to mu,
-`v_i = log_mu(q_i)`, and mu moves along the mean of the `v_i`, with the weights `w_i` or, for the median, `w_i / d_i`
-(Weiszfeld's step; Fletcher, Venkatasubramanian, Joshi 2009). A step that does not lower the sum is halved and taken
-again. A curve keeps its warp unless another one brings it nearer, so the sum falls through alignment as well.
+Minimised is `sum_i w_i d(mu, c_i)^p`, p = 2 for the mean (Karcher 1977), 1 for the median. Every curve is aligned to
+mu, `v_i = log_mu(q_i)`, and mu moves along the mean of the `v_i`, with the weights `w_i` or, for the median, `w_i /
+d_i` (Weiszfeld's step; Fletcher, Venkatasubramanian, Joshi 2009). A step that does not lower the sum is halved and
+taken again. A curve keeps its warp unless another one brings it nearer, so the sum falls through alignment as well.
 
 mu has a parametrisation of its own: the mean of the warps, `sum_i w_i gamma_i`, is the identity (Srivastava and
 Klassen, "Functional and Shape Data Analysis", 2016). So a piece that some curves lack gets its share of mu's samples.
@@ -110,8 +110,8 @@ class Descent:
         base = np.asarray(exp(state.base, step.astype(state.base.dtype)))
         if settled:
             return self.state(base, state.laid.warp)
-        old = np.asarray(divided(state.laid.warp, _FINE * self.sample.sides))
-        warp = nearer(self.sample, base, self.group, (old, self._fine_warps(base)), _GAIN, _FINE)
+        both = _finer(state.laid.warp), self._fine_warps(base)
+        warp = nearer(self.sample, base, self.group, both, _GAIN, _FINE)
         times = self.times(warp)
         return self.state(_passed(base, times), self.carried(warp, times))
 
@@ -146,6 +146,13 @@ class Descent:
     def _polygons(self, index: np.ndarray, warp: np.ndarray) -> np.ndarray:
         """SRVFs of curves as polygons through the points of a warp."""
         return srvf_of(np.diff(_read(self.sample.points[index], warp), axis=2))
+
+
+def _finer(warp: np.ndarray) -> np.ndarray:
+    """Warps `(K, N + 1)` with every piece divided evenly."""
+    share = np.arange(_FINE, dtype=warp.dtype) / np.asarray(_FINE, warp.dtype)
+    inside = warp[:, :-1, None] + np.diff(warp, axis=1)[..., None] * share
+    return np.concatenate([inside.reshape(len(warp), -1), warp[:, -1:]], axis=1)
 
 
 def _passed(base: np.ndarray, times: np.ndarray) -> np.ndarray:

@@ -69,7 +69,8 @@ class ShapeKMeans(base.ClusterMixin, base.BaseEstimator):
 
 
 class ShapeRegressor(base.RegressorMixin, base.BaseEstimator):
-    """`ShapeRegression`: numbers `(k, p)` to curves `(k, d, n)`. The score is the share of the variance of shape that is
+    """`ShapeRegression`: numbers `(k, p)` to curves `(k, d, n)`. The score is the share of the variance of shape that
+    is
     explained."""
 
     def __init__(self, aligner: Aligner | None = None):

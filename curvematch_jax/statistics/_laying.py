@@ -15,10 +15,11 @@ from ..elastic import Aligner
 from ..elastic import _chunks as chunks
 from ..elastic._align import _align_tables
 from ..elastic._curve import interpolate, srvf_of
+from ..elastic._frame import AnyArray
 from ..elastic._matched import warp_onto
 from ..elastic._preshape import sphere_distance
 from ..elastic._rotation import best_rotation, covariance
-from ..elastic._tabulated import Tables, tables_of
+from ..elastic._tabulated import tables_of
 from ._sample import Sample
 from ._tangent import log, vertices
 
@@ -104,14 +105,14 @@ def _gathered(compute: Callable[[np.ndarray], Any], count: int) -> list[np.ndarr
 
 
 @jax.jit
-def _laid(base: Float[Array, "k d n"], points: Float[Array, "k d m"], warp: Float[Array, "k n+1"]) -> Laid:
+def _laid(base: Float[AnyArray, "k d n"], points: Float[AnyArray, "k d m"], warp: Float[AnyArray, "k nodes"]) -> Laid:
     rotation, q = _turned(base, points, warp)
     v, distance = log(base, q)
     return Laid(warp, rotation, q, v, distance)
 
 
 @jax.jit
-def _apart(base: Float[Array, "k d n"], points: Float[Array, "k d m"], warp: Float[Array, "k n+1"]):
+def _apart(base: Float[AnyArray, "k d n"], points: Float[AnyArray, "k d m"], warp: Float[AnyArray, "k nodes"]):
     return sphere_distance(base, _turned(base, points, warp)[1])
 
 
@@ -124,7 +125,7 @@ def _turned(base, points, warp) -> tuple[Float[Array, "k d d"], Float[Array, "k 
 
 
 @ft.partial(jax.jit, static_argnums=(0, 4))
-def _warps(aligner: Aligner, bases: Any, curves: Any, swap: Bool[Array, " k"], sides: int) -> Float[Array, "k n+1"]:
+def _warps(aligner: Aligner, bases: Any, curves: Any, swap: Bool[Array, " k"], sides: int) -> Float[Array, "k nodes"]:
     """As `align`, in an order of the two that depends on their shapes alone."""
     pick = lambda x, y: jnp.where(swap.reshape(-1, *(1,) * (x.ndim - 1)), x, y)  # noqa: E731
     first, second = jax.tree.map(pick, curves, bases), jax.tree.map(pick, bases, curves)

@@ -22,9 +22,9 @@ class Outliers(NamedTuple):
 def outliers(median: Mean, level: float = 0.05) -> Outliers:
     """The shapes that are farther from the median than the others allow.
 
-    Logarithms of distances to `karcher_median(curves)` are taken for normal, with the centre and the spread of their median
-    and median absolute deviation, which outliers hardly change; p is one-sided. The probability that a sample without outliers
-    has any that is called one is `level` (Holm 1979).
+    Logarithms of distances to `karcher_median(curves)` are taken for normal, with the centre and the spread of their
+    median and median absolute deviation, which outliers hardly change; p is one-sided. The probability that a sample
+    without outliers has any that is called one is `level` (Holm 1979).
 
     Raises:
         ValueError: for a median of several groups, fewer than 5 shapes, shapes of which half are alike, or a level not
@@ -38,7 +38,9 @@ def outliers(median: Mean, level: float = 0.05) -> Outliers:
     away = logs - np.median(logs)
     spread = _CONSISTENT * np.median(np.abs(away))
     if spread == 0:
-        raise ValueError("half of the shapes are equally far from the median: there is no spread to measure outliers by.")
+        raise ValueError(
+            "half of the shapes are equally far from the median: there is no spread to measure outliers by."
+        )
     p = norm.sf(away / spread)
     order = np.argsort(p)
     adjusted = np.maximum.accumulate(p[order] * np.arange(len(p), 0, -1))

@@ -1,8 +1,7 @@
 """Tests whether groups of shapes differ, from one matrix of distances, with exact p-values by permutation.
 
-Under the hypothesis that the groups are from one distribution, all orders of the labels are equally likely: with N random
-ones, `p = (1 + #{T_k >= T}) / (1 + N)` is exact for every N (Phipson and Smyth 2010).
-"""
+Under the hypothesis that the groups are from one distribution, all orders of the labels are equally likely: with N
+random ones, `p = (1 + #{T_k >= T}) / (1 + N)` is exact for every N (Phipson and Smyth 2010)."""
 
 from __future__ import annotations
 
@@ -32,8 +31,8 @@ def energy_test(
 ) -> PermutationTest:
     """Do groups differ? By the energy distance of all pairs of groups (Szekely and Rizzo 2013; Rizzo and Szekely 2010).
 
-    `T = sum_{a<b} n_a n_b / (2 n) (2 D_ab - D_aa - D_bb)`, with D_ab the mean distance of members of a and b, in units of
-    the mean of the matrix.
+    `T = sum_{a<b} n_a n_b / (2 n) (2 D_ab - D_aa - D_bb)`, with D_ab the mean distance of members of a and b, in units
+    of the mean of the matrix.
 
     Args:
         distances: `(k, k)`, symmetric.
@@ -53,9 +52,9 @@ def variance_test(
 ) -> PermutationTest:
     """Do groups differ in mean or in spread? By the Frechet variances of Dubey and Mueller (Biometrika 2019).
 
-    `T = n F^2 / sum_a l_a^2 s_a^2 + n U / sum_a l_a / s_a^2`, with `F = V - sum_a l_a V_a`,
-    `U = sum_{a<b} l_a l_b (V_a - V_b)^2 / (s_a^2 s_b^2)`, `l_a` the groups' shares, `V_a` their variances about their
-    medoids, which stand for the means, V that of all, and `s_a^2` the variances of the squared distances to the medoids.
+    `T = n F^2 / sum_a l_a^2 s_a^2 + n U / sum_a l_a / s_a^2`, with `F = V - sum_a l_a V_a`, `U = sum_{a<b} l_a l_b (V_a
+    - V_b)^2 / (s_a^2 s_b^2)`, `l_a` the groups' shares, `V_a` their variances about their medoids, which stand for the
+    means, V that of all, and `s_a^2` the variances of the squared distances to the medoids.
 
     Arguments and errors as `energy_test`.
     """

@@ -42,9 +42,8 @@ class ShapeRegression:
     def fit(cls, mean: Mean, x: ArrayLike, permutations: int = 999, seed: int = 0) -> ShapeRegression:
         """Of the curves of `karcher_mean(curves)` on numbers `(k,)` or `(k, p)`.
 
-        Raises `ValueError` for numbers that do not fit the curves, do not vary, or repeat each other, and for curves that do
-        not vary.
-        """
+        Raises `ValueError` for numbers that do not fit the curves, do not vary, or repeat each other, and for curves
+        that do not vary."""
         rows, x = mean.tangents.reshape(len(mean.tangents), -1).astype(float), as_numbers(x, len(mean.tangents))
         centred, rows_about = x - mean.weights @ x, rows - mean.weights @ rows
         root = np.sqrt(mean.weights)[:, None]
@@ -72,7 +71,7 @@ class ShapeRegression:
         """The closed curves `(m, d, n)` of numbers `(m,)` or `(m, p)`."""
         x = as_numbers(x, None, len(self.slopes))
         v = jnp.asarray(self.intercept + np.tensordot(x, self.slopes, axes=1), self.base.dtype)
-        base = np.broadcast_to(self.base, v.shape)
+        base = jnp.broadcast_to(jnp.asarray(self.base), v.shape)
         q = exp(base, project_tangent(base, v))
         return sampled(np.asarray(vertices(q)), self.samples) * np.asarray(self.length, self.base.dtype)
 

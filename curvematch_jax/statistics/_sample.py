@@ -107,7 +107,9 @@ def as_weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> np.ndarray:
     except ValueError:
         raise ValueError(f"weights has shape {found.shape}: give a number for each curve, {shape}.") from None
     if not np.isfinite(found).all() or (found < 0).any() or ((found > 0).sum(axis=-1) < 2).any():
-        raise ValueError("weights are finite and not negative, and those of two curves or more of a group are positive.")
+        raise ValueError(
+            "weights are finite and not negative, and those of two curves or more of a group are positive."
+        )
     return found / found.sum(axis=-1, keepdims=True)
 
 
