@@ -109,7 +109,7 @@ class TangentPCA:
         laid, sample = onto(self.base, as_sample(curves), as_aligner(aligner, Aligner.fast))
         return self._scores(laid.v, sample.lengths)
 
-    def srvfs(self, scores: ArrayLike) -> np.ndarray:
+    def srvfs(self, scores: ArrayLike | Sequence) -> np.ndarray:
         """SRVFs `(*b, d, N)` of the shapes at scores `(*b, c' <= c)`; further scores are 0. Closed to rounding."""
         found = np.asarray(scores, float)
         if found.ndim < 1 or found.shape[-1] > len(self.components) or not np.isfinite(found).all():
@@ -120,7 +120,7 @@ class TangentPCA:
         base = jnp.broadcast_to(jnp.asarray(self.base), v.shape)
         return np.asarray(exp(base, project_tangent(base, jnp.asarray(v, self.base.dtype))))
 
-    def inverse_transform(self, scores: ArrayLike) -> np.ndarray:
+    def inverse_transform(self, scores: ArrayLike | Sequence) -> np.ndarray:
         """The closed curves `(*b, d, n)` at scores `(*b, c' <= c)`, centred, of the mean's length or, with sizes, their
         own."""
         found = np.asarray(scores, float)
@@ -133,7 +133,7 @@ class TangentPCA:
         draws = np.asarray(jax.random.normal(key, (n, len(self.deviations))), float)
         return self.inverse_transform(draws * self.deviations)
 
-    def along(self, component: int, deviations: ArrayLike = (-2, -1, 0, 1, 2)) -> np.ndarray:
+    def along(self, component: int, deviations: ArrayLike | Sequence = (-2, -1, 0, 1, 2)) -> np.ndarray:
         """Curves `(s, d, n)` at so many standard deviations of one component."""
         if not 0 <= component < len(self.deviations):
             raise ValueError(f"component = {component}: there are {len(self.deviations)}, the first is 0.")

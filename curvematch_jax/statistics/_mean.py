@@ -58,7 +58,7 @@ class Mean(NamedTuple):
     @property
     def variance(self) -> np.ndarray:
         """`sum_i w_i d_i^2`, `(*b,)`, in square radians."""
-        return np.sum(self.weights * self.distances.astype(float) ** 2, axis=-1)
+        return np.asarray(np.sum(self.weights * self.distances.astype(float) ** 2, axis=-1))
 
     @property
     def start(self) -> np.ndarray:

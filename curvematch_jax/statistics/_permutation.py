@@ -62,7 +62,7 @@ def variance_test(
     return _tested(_frechet, (matrix**2, matrix**4), groups, permutations, seed)
 
 
-def _checked(distances: ArrayLike, labels) -> tuple[np.ndarray, np.ndarray]:
+def _checked(distances: ArrayLike, labels: Sequence | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     matrix = np.asarray(distances, float)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or len(matrix) < 4:
         raise ValueError(f"distances has shape {matrix.shape}: give a matrix (k, k) of 4 shapes or more.")

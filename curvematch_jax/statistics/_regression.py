@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax.numpy as jnp
@@ -39,7 +40,7 @@ class ShapeRegression:
     samples: int
 
     @classmethod
-    def fit(cls, mean: Mean, x: ArrayLike, permutations: int = 999, seed: int = 0) -> ShapeRegression:
+    def fit(cls, mean: Mean, x: ArrayLike | Sequence, permutations: int = 999, seed: int = 0) -> ShapeRegression:
         """Of the curves of `karcher_mean(curves)` on numbers `(k,)` or `(k, p)`.
 
         Raises `ValueError` for numbers that do not fit the curves, do not vary, or repeat each other, and for curves
@@ -48,7 +49,7 @@ class ShapeRegression:
         centred, rows_about = x - mean.weights @ x, rows - mean.weights @ rows
         root = np.sqrt(mean.weights)[:, None]
         basis, upper = np.linalg.qr(root * centred)
-        if np.abs(np.diag(upper)).min() <= 1e-9 * np.abs(upper).max():
+        if np.abs(np.diag(upper)).min() <= 1e-9 * np.sqrt(np.mean(x * x)):
             raise ValueError("x does not vary, or some of its columns follow from the others.")
         gram = (root * rows_about) @ (root * rows_about).T
         total = np.trace(gram)
@@ -67,7 +68,7 @@ class ShapeRegression:
             samples=mean.curve.shape[-1],
         )
 
-    def predict(self, x: ArrayLike) -> np.ndarray:
+    def predict(self, x: ArrayLike | Sequence) -> np.ndarray:
         """The closed curves `(m, d, n)` of numbers `(m,)` or `(m, p)`."""
         x = as_numbers(x, None, len(self.slopes))
         v = jnp.asarray(self.intercept + np.tensordot(x, self.slopes, axes=1), self.base.dtype)
@@ -76,7 +77,7 @@ class ShapeRegression:
         return sampled(np.asarray(vertices(q)), self.samples) * np.asarray(self.length, self.base.dtype)
 
 
-def as_numbers(x: ArrayLike, count: int | None, columns: int | None = None) -> np.ndarray:
+def as_numbers(x: ArrayLike | Sequence, count: int | None, columns: int | None = None) -> np.ndarray:
     """Finite numbers `(k, p)`. `ValueError` for others, and for more or fewer than given."""
     found = np.asarray(x, float)
     found = found[:, None] if found.ndim == 1 else found
