@@ -106,7 +106,7 @@ class TangentPCA:
 
     def transform(self, curves: ArrayLike | Sequence, aligner: Aligner | None = None) -> np.ndarray:
         """Scores `(k, c)` of other closed curves `(k, d, n)`, aligned to the mean. Raises `ValueError` as `align`."""
-        laid, sample = onto(self.base, as_sample(curves), as_aligner(aligner, Aligner.fast))
+        laid, sample = onto(self.base, as_sample(curves), as_aligner(aligner, Aligner.accurate))
         return self._scores(laid.v, sample.lengths)
 
     def srvfs(self, scores: ArrayLike | Sequence) -> np.ndarray:

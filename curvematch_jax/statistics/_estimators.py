@@ -27,7 +27,7 @@ class ShapeTransformer(base.TransformerMixin, base.BaseEstimator):
     Args:
         n_components: how many; all unless given.
         size: weight of the logarithm of length, as one more coordinate.
-        aligner: `Aligner.fast()` unless given.
+        aligner: `Aligner.accurate()` unless given.
     """
 
     def __init__(self, n_components: int | None = None, size: float = 0.0, aligner: Aligner | None = None):

@@ -80,7 +80,7 @@ def karcher_mean(
     Args:
         curves: `(*b, k, d, n)`, k of each group; or a list of arrays `(d, n_i)`, resampled by arc length.
         weights: `(*b, k)`, 1 unless given; with 0 a curve is aligned but does not count.
-        aligner: `Aligner.fast()` unless given; `Aligner.accurate()` for groups of two.
+        aligner: `Aligner.accurate()` unless given; `Aligner.fast()` now and then leaves a curve badly aligned.
         progress: False, True for a bar on stderr, or a function of (done, total).
 
     Raises:
@@ -105,7 +105,7 @@ def _descended(curves, weights, power: int, aligner: Aligner | None, progress: P
     if k < 2:
         raise ValueError(f"curves has shape {given.shape}: a mean is of two curves or more.")
     shares = as_weights(weights, given.shape[:-2])
-    aligner = as_aligner(aligner, Aligner.accurate if k == 2 else Aligner.fast)
+    aligner = as_aligner(aligner, Aligner.accurate)
     group = np.repeat(np.arange(int(np.prod(batch))), k)
     found = means(given.reshape(-1, d, n), group, shares.reshape(-1), power, aligner, progress)
     return _shaped(found, tuple(batch), k)
