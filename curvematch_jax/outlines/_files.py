@@ -29,13 +29,13 @@ class NamedCurves(NamedTuple):
     def array(self, n: int | None = None) -> np.ndarray:
         """All as `(k, d, n)`; by arc length where their numbers of samples differ or n is another one."""
         counts = {curve.shape[1] for curve in self.curves}
-        n = max(counts) if n is None else n
-        if counts == {n}:
+        samples = max(counts) if n is None else n
+        if counts == {samples}:
             return np.stack(self.curves)
-        return np.stack([np.asarray(resample(curve, n)) for curve in self.curves])
+        return np.stack([np.asarray(resample(curve, samples)) for curve in self.curves])
 
 
-def write_curves(path: str | Path, curves: ArrayLike | Sequence, names: Sequence[str] | None = None) -> None:
+def write_curves(path: str | Path, curves: np.ndarray | Sequence, names: Sequence[str] | None = None) -> None:
     """Closed curves, `(k, d, n)` or a list of `(d, n_i)`, to a file; its suffix says the format.
 
     - `.npz`: `points (sum n_i, d)`, `counts (k,)`, `names (k,)`.

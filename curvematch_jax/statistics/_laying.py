@@ -107,7 +107,7 @@ def _gathered(compute: Callable[[np.ndarray], Any], count: int) -> list[np.ndarr
 @jax.jit
 def _laid(base: Float[AnyArray, "k d n"], points: Float[AnyArray, "k d m"], warp: Float[AnyArray, "k nodes"]):
     rotation, q = _turned(base, points, warp)
-    v, distance = log(base, q)
+    v, distance = log(jnp.asarray(base), q)
     return warp, rotation, q, v, distance
 
 

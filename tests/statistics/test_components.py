@@ -35,6 +35,7 @@ def test_curves_at_any_scores_are_closed(mean):
     assert np.allclose(components.inverse_transform(np.zeros(1)), mean.curve, atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("d", [2, 3])
 def test_known_components_are_found(d):
     made = leaves(40, seed=2, d=d)
@@ -64,6 +65,7 @@ def test_samples_vary_as_the_curves_do(mean):
     assert np.all(np.isfinite(made))
 
 
+@pytest.mark.slow
 def test_transport_keeps_lengths_and_angles(mean):
     components = TangentPCA.fit(mean, 3)
     other = karcher_mean(leaves(8, seed=9, apart=0.3).curves)

@@ -64,6 +64,7 @@ def test_known_groups_are_told_apart(made):
     assert variance_test(points_matrix(spread), np.repeat([0, 1], 30)).p <= 0.01
 
 
+@pytest.mark.slow
 def test_kmeans_finds_the_groups():
     made = leaves(16, seed=4, apart=0.5)
     found = shape_kmeans(made.curves, 2)
@@ -76,6 +77,7 @@ def test_kmeans_finds_the_groups():
     assert sorted(all_alone.labels) == [0, 1, 2]
 
 
+@pytest.mark.slow
 def test_outliers_are_found_and_no_others():
     made = leaves(20, seed=6)
     t = 2 * np.pi * np.arange(100) / 100

@@ -23,7 +23,7 @@ def test_copies_of_different_size_have_the_curve_as_mean():
     assert np.allclose(mean.scale * [1, 2, 4], 2, rtol=1e-4)  # of the geometric mean of the lengths
 
 
-@pytest.mark.parametrize(("n", "most"), [(100, 0.02), (200, 0.008)])
+@pytest.mark.parametrize(("n", "most"), [(100, 0.02), pytest.param(200, 0.008, marks=pytest.mark.slow)])
 def test_moved_copies_have_their_curve_as_mean(n, most):
     copies = leaves(20, seed=1, n=n, deviations=(0.0, 0.0))
     mean = karcher_mean(copies.curves)
@@ -77,6 +77,7 @@ def test_the_mean_of_the_warps_is_the_identity(mean):
     assert np.abs(times - np.linspace(0, 1, len(times))).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_mean_of_two_is_the_midpoint_of_their_geodesic(made):
     mean = karcher_mean(made.curves[:2], aligner=Aligner.fast())
     way = geodesic(*made.curves[:2], aligner=Aligner.fast(), samples=mean.srvf.shape[-1])
@@ -86,6 +87,7 @@ def test_mean_of_two_is_the_midpoint_of_their_geodesic(made):
     assert np.allclose(mean.distances, way.length / 2, rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_groups_at_once_are_as_one_by_one(made):
     both = karcher_mean(made.curves.reshape(2, 12, *made.curves.shape[1:]))
     one = karcher_mean(made.curves[:12])
@@ -95,12 +97,14 @@ def test_groups_at_once_are_as_one_by_one(made):
     assert both.variance[0] == pytest.approx(one.variance, rel=0.02)
 
 
+@pytest.mark.slow
 def test_weights_move_the_mean(made):
     heavy = np.full(24, 1e-3)
     heavy[[0, 1]] = 1
     assert apart(karcher_mean(made.curves, heavy).curve, karcher_mean(made.curves[:2]).curve) < 0.05
 
 
+@pytest.mark.slow
 def test_outliers_move_the_median_less():
     made = leaves(12, seed=5)
     t = 2 * np.pi * np.arange(100) / 100
@@ -139,6 +143,7 @@ def test_bad_weights_get_a_sentence(made):
             karcher_mean(made.curves, weights)
 
 
+@pytest.mark.slow
 def test_lists_of_different_lengths_are_resampled(made):
     mixed = [np.asarray(resample(curve, n)) for curve, n in zip(made.curves[:4], (100, 80, 100, 90), strict=True)]
     mean = karcher_mean(mixed)
