@@ -159,9 +159,15 @@ def test_each_way_to_move_a_gentle_curve(move):
     assert float(found.distance.max()) < 0.012
 
 
-def test_scale_and_position_are_forgotten(found, curves, others):
-    np.testing.assert_allclose(align(3 * curves, others + 7, LEAN).distance, found.distance, atol=2e-3)
-    assert float(align(3 * curves, curves, LEAN).distance.max()) < 1e-4
+def test_scale_and_position_are_forgotten(curves, others):
+    """To rounding; and by as much as a search wavers that may take the two in the other order."""
+    for aligner, most in ((RIGID, 2e-3), (FAST, 0.03)):
+        plain, moved_ = (
+            np.asarray(align(*pair, aligner).distance) for pair in ((curves, others), (3 * curves, others + 7))
+        )
+        assert np.median(np.abs(plain - moved_)) < 1e-3
+        np.testing.assert_allclose(moved_, plain, atol=most)
+        assert float(align(3 * curves, curves, aligner).distance.max()) < 1e-4
 
 
 def test_repeated_samples_change_nothing(curves, others):
@@ -217,8 +223,12 @@ def test_any_dimension_and_number_of_samples(d, n):
         found = align(curves, others, aligner)
         sound(found, (8,), d)
         np.testing.assert_array_equal(align(others, curves, aligner).distance, found.distance)
-    fine = align(*(fourier(s, 8, n=N, d=d, modes=2).astype(np.float32) for s in (0, 1)), LEAN)
-    np.testing.assert_allclose(found.distance, fine.distance, atol=0.1 if n < 20 else 0.02)
+        if n > 20:
+            np.testing.assert_allclose(recomputed(curves, others, found), found.distance, atol=5e-3)
+    found, fine = (
+        align(*(fourier(s, 8, n=k, d=d, modes=2).astype(np.float32) for s in (0, 1)), RIGID).distance for k in (n, N)
+    )
+    np.testing.assert_allclose(found, fine, atol=0.1 if n < 20 else 0.01)
 
 
 @pytest.mark.parametrize("aligner", PRESETS[1:])
