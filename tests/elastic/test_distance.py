@@ -48,15 +48,16 @@ def test_it_is_the_distance_of_the_alignment(pair):
 @pytest.mark.parametrize("aligner", EACH)
 def test_transformations_change_nothing(aligner, pair):
     """jit, vmap once and twice, map; and the core without any of them."""
+    most = 2e-3 if aligner is LEAN else 1e-4  # so few steps of refinement: rounding is not forgotten
     plain = elastic_distance(*pair, aligner)
     fixed = lambda a, b: elastic_distance(a, b, aligner)  # noqa: E731
-    np.testing.assert_allclose(jax.jit(fixed)(*pair), plain, atol=1e-4)
-    np.testing.assert_allclose(jax.jit(jax.vmap(fixed))(*pair), plain, atol=1e-4)
-    np.testing.assert_allclose(jax.jit(lambda a, b: lax.map(lambda c: fixed(*c), (a, b)))(*pair), plain, atol=1e-4)
+    np.testing.assert_allclose(jax.jit(fixed)(*pair), plain, atol=most)
+    np.testing.assert_allclose(jax.jit(jax.vmap(fixed))(*pair), plain, atol=most)
+    np.testing.assert_allclose(jax.jit(lambda a, b: lax.map(lambda c: fixed(*c), (a, b)))(*pair), plain, atol=most)
     table = jax.jit(jax.vmap(jax.vmap(fixed, (None, 0)), (0, None)))(*pair)
-    np.testing.assert_allclose(jnp.diagonal(table), plain, atol=1e-4)
+    np.testing.assert_allclose(jnp.diagonal(table), plain, atol=most)
     tables = [aligner.tabulate(side) for side in pair]
-    np.testing.assert_allclose(aligner.align(*tables).distance, plain, atol=1e-4)
+    np.testing.assert_allclose(aligner.align(*tables).distance, plain, atol=most)
 
 
 @pytest.mark.parametrize("aligner", CHEAP)
@@ -168,36 +169,28 @@ def run(code, **environment):
     return done.stdout
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param("RIGID", id="rigid"), pytest.param("LEAN", id="lean", marks=pytest.mark.slow)]
-)
-def test_pairs_are_shared_among_devices(name):
-    """By `shard_map`, over two; and by the matrices' own driver."""
-    run(
-        f"""
-        import jax
-        jax.config.update("jax_num_cpu_devices", 2)
-        import numpy as np
-        from jax.sharding import Mesh, PartitionSpec as P
-        from elastic import aligners
+def test_what_is_no_aligner_is_refused():
+    """In a process where no types are checked."""
+    printed = run(
+        """
         from elastic.shapes import fourier
-        from curvematch_jax.elastic import align, distance_matrix, elastic_distance
+        from curvematch_jax.elastic import Aligner, align, distance_matrix, elastic_distance, geodesic, tabulate
 
-        aligner = aligners.{name}
-        curves, others = (fourier(s, 4, n=40, modes=2).astype(np.float32) for s in (0, 100))
-        mesh = Mesh(np.array(jax.devices()), ("pairs",))
-        assert mesh.size == 2
-        shared = jax.shard_map(
-            lambda a, b: elastic_distance(a, b, aligner), mesh=mesh, in_specs=P("pairs"), out_specs=P("pairs")
-        )
-        found = jax.jit(shared)(curves, others)
-        plain = elastic_distance(curves, others, aligner)
-        assert len(found.sharding.device_set) == 2
-        assert np.abs(found - plain).max() < 1e-4
-        matrix = distance_matrix(np.tile(curves, (3, 1, 1)), others, aligner)
-        assert np.abs(np.diag(matrix)[:4] - plain).max() < 1e-4
+        curves = fourier(0, 2).astype("float32")
+        for aligner in ("fast", 3, Aligner.fast, object()):
+            for function in (align, distance_matrix, elastic_distance):
+                try:
+                    function(curves, curves, aligner=aligner)
+                except ValueError as error:
+                    print(error)
+            try:
+                tabulate(curves, aligner)
+            except ValueError as error:
+                print(error)
         """
     )
+    message = r"aligner = .+: give an aligner, such as Aligner.fast\(\) or Aligner.accurate\(\)\."
+    assert len(re.findall(f"^{message}$", printed, flags=re.M)) == 16
 
 
 @pytest.mark.slow
