@@ -123,6 +123,34 @@ def test_a_copy_is_at_distance_zero_after_little_search(dtype, most):
         assert float(found.distance.max()) < most
 
 
+def rolled(curve, aligner, dtype):
+    n = curve.shape[-1]
+    copies = np.stack([np.roll(curve, k, axis=-1) for k in (1, 2, n // 7, n // 3, n // 2 + 3, n - 1)])
+    with x64():
+        found = align(curve.astype(dtype), copies.astype(dtype), aligner)
+        return np.asarray(found.distance), recomputed(curve.astype(dtype), copies.astype(dtype), found)
+
+
+ROLLED = [
+    pytest.param(polygon(400), id="square"),
+    pytest.param(fourier(7, n=N, d=2, modes=5), id="five modes"),
+]
+
+
+@pytest.mark.parametrize("aligner", PRESETS[1:])
+@pytest.mark.parametrize("curve", ROLLED)
+def test_a_curve_is_near_its_roll(curve, aligner):
+    for distance in rolled(curve, aligner, np.float32):
+        assert distance.max() <= 1e-3
+
+
+@pytest.mark.parametrize("aligner", PRESETS[1:])
+@pytest.mark.parametrize("curve", ROLLED)
+def test_a_curve_is_nearer_its_roll_in_float64(curve, aligner):
+    for distance in rolled(curve, aligner, np.float64):
+        assert distance.max() <= 1e-5
+
+
 @pytest.mark.parametrize("move", [{}, {"shift": 0.25}, {"shift": 0.137}, {"bend": 0.08}, MOVE], ids=str)
 def test_each_way_to_move_a_gentle_curve(move):
     """Rotated, scaled and translated as well; from a start on the samples, between them, warped, and all at once."""

@@ -169,6 +169,38 @@ def run(code, **environment):
     return done.stdout
 
 
+@pytest.mark.parametrize(
+    "name", [pytest.param("RIGID", id="rigid"), pytest.param("LEAN", id="lean", marks=pytest.mark.slow)]
+)
+def test_pairs_are_shared_among_devices(name):
+    """By `shard_map`, over two; and by the matrices' own driver."""
+    run(
+        f"""
+        import jax
+        jax.config.update("jax_num_cpu_devices", 2)
+        import numpy as np
+        from jax.sharding import Mesh, PartitionSpec as P
+        from elastic import aligners
+        from elastic.shapes import fourier
+        from curvematch_jax.elastic import align, distance_matrix, elastic_distance
+
+        aligner = aligners.{name}
+        curves, others = (fourier(s, 4, n=40, modes=2).astype(np.float32) for s in (0, 100))
+        mesh = Mesh(np.array(jax.devices()), ("pairs",))
+        assert mesh.size == 2
+        shared = jax.shard_map(
+            lambda a, b: elastic_distance(a, b, aligner), mesh=mesh, in_specs=P("pairs"), out_specs=P("pairs")
+        )
+        found = jax.jit(shared)(curves, others)
+        plain = elastic_distance(curves, others, aligner)
+        assert len(found.sharding.device_set) == 2
+        assert np.abs(found - plain).max() < 1e-4
+        matrix = distance_matrix(np.tile(curves, (3, 1, 1)), others, aligner)
+        assert np.abs(np.diag(matrix)[:4] - plain).max() < 1e-4
+        """
+    )
+
+
 def test_what_is_no_aligner_is_refused():
     """In a process where no types are checked."""
     printed = run(
