@@ -29,6 +29,7 @@ class CurveTable(NamedTuple):
 
     srvf: Float[Array, "b d c"]  # of unit norm; the first `count` entries, then zeros
     count: Int[Array, " b"]
+    sums: Float[Array, "b d c+1"]  # the integral of srvf up to each entry, the last up to a whole turn
     tangents: Float[Array, "b d t"]
     times: Float[Array, "b t+1"]  # parameters at equal arc lengths, 0 to 1
 
@@ -54,7 +55,16 @@ def _tables(speed_vector: Float[Array, "b d c"], count: Int[Array, ""], times: i
     at = _times(speed, count, times)
     direction = jnp.moveaxis(nearest(srvf, counts, divided(at, _TANGENTS)[:, :-1]), 0, 1)
     size = norm(direction)[:, None]
-    return CurveTable(srvf, counts, direction / jnp.where(size > 0, size, 1), at)
+    return CurveTable(srvf, counts, _sums(srvf, count), direction / jnp.where(size > 0, size, 1), at)
+
+
+def _sums(srvf: Float[Array, "b d c"], count: Int[Array, ""]) -> Float[Array, "b d c+1"]:
+    """The integral of what is linear between the entries of `srvf`."""
+    before = running_sum(srvf)
+    inside = jnp.arange(srvf.shape[-1]) < count
+    before = before + jnp.where(inside[None, None], (srvf - srvf[..., :1]) / 2, 0)
+    whole = before[..., -1:] + (srvf[..., -1:] + srvf[..., :1]) / 2
+    return jnp.concatenate([before, whole], axis=-1) / count.astype(srvf.dtype)
 
 
 def _times(speed: Float[Array, "b c"], count: Int[Array, ""], entries: int) -> Float[Array, "b {entries}+1"]:
