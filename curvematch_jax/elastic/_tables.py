@@ -15,7 +15,7 @@ from ._lookup import divided, nearest
 
 CAPACITY = 2048
 _PER_SAMPLE = 10  # entries to a sample of the curve, where there is room
-_TANGENTS = 512  # entries at equal arc lengths
+TANGENTS = 768  # entries at equal arc lengths
 _TIMES = 256
 
 
@@ -41,6 +41,12 @@ def tabulate(curve: Float[AnyArray, "b d n"], times: int = _TIMES) -> CurveTable
     return _tables(_velocity(curve, count), jnp.asarray(count, jnp.int32), times)
 
 
+def mean_tangents(table: CurveTable, grid: int) -> Float[Array, "b d {grid}"]:
+    """Means over two pieces of length `1/grid`, one before and one after each of `grid` equal arc lengths."""
+    pieces = jnp.mean(table.tangents.reshape(*table.tangents.shape[:2], grid, -1), axis=-1)
+    return (pieces + jnp.roll(pieces, 1, axis=-1)) / 2
+
+
 @ft.partial(jax.jit, static_argnums=1)
 def _velocity(curve: Float[AnyArray, "b d n"], count: int) -> Float[Array, "b d c"]:
     return jnp.pad(velocity(curve, count), ((0, 0), (0, 0), (0, CAPACITY - count)))
@@ -53,7 +59,7 @@ def _tables(speed_vector: Float[Array, "b d c"], count: Int[Array, ""], times: i
     srvf = speed_vector / jnp.sqrt(jnp.where(speed > 0, speed, 1) * jnp.where(mean > 0, mean, 1))[:, None]
     counts = jnp.broadcast_to(count, speed.shape[:1])
     at = _times(speed, count, times)
-    direction = jnp.moveaxis(nearest(srvf, counts, divided(at, _TANGENTS)[:, :-1]), 0, 1)
+    direction = jnp.moveaxis(nearest(srvf, counts, divided(at, TANGENTS)[:, :-1]), 0, 1)
     size = norm(direction)[:, None]
     return CurveTable(srvf, counts, _sums(srvf, count), direction / jnp.where(size > 0, size, 1), at)
 
