@@ -61,7 +61,7 @@ class Elastic(Aligner):
     @staticmethod
     def accurate() -> Elastic:
         """The best alignment known, at about a seventh of the speed."""
-        rounds = Round(32, 48, 8), Round(12, 96, 8), Round(6, 192, 8)
+        rounds = Round(64, 32, 6), Round(16, 96, 8), Round(6, 288, 8)
         return Elastic(rounds, paths=3, steps=4, knots=512, chunk=16)
 
     def tabulate(self, curve: Float[AnyArray, "b d n"]) -> CurveTable:

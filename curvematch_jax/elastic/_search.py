@@ -40,13 +40,13 @@ class Paths(NamedTuple):
 
 def search(first: CurveTable, second: CurveTable, rounds: tuple[Round, ...], true: Bool[Array, ""] | None) -> Paths:
     """The paths of the last round."""
-    paths = _from_all_starts(first, second, rounds[0])
+    paths = from_all_starts(first, second, rounds[0])
     for round_ in rounds[1:]:
         paths = _better(first, second, paths.best(round_.paths), round_, true)
     return paths
 
 
-def _from_all_starts(first: CurveTable, second: CurveTable, round_: Round) -> Paths:
+def from_all_starts(first: CurveTable, second: CurveTable, round_: Round) -> Paths:
     """Both curves by arc length, from evenly spaced start points, each with the rotation that brings them nearest."""
     fine, starts = round_.slopes * round_.nodes, round_.paths
     shifts = np.round(np.arange(starts) * (fine / starts)).astype(int)

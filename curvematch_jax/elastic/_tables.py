@@ -67,7 +67,7 @@ def _tables(speed_vector: Float[Array, "b d c"], count: Int[Array, ""], times: i
 def _sums(srvf: Float[Array, "b d c"], count: Int[Array, ""]) -> Float[Array, "b d c+1"]:
     """The integral of what is linear between the entries of `srvf`."""
     before = running_sum(srvf)
-    inside = jnp.arange(srvf.shape[-1]) < count
+    inside = jnp.arange(srvf.shape[-1], dtype=jnp.int32) < count
     before = before + jnp.where(inside[None, None], (srvf - srvf[..., :1]) / 2, 0)
     whole = before[..., -1:] + (srvf[..., -1:] + srvf[..., :1]) / 2
     return jnp.concatenate([before, whole], axis=-1) / count.astype(srvf.dtype)
