@@ -20,8 +20,6 @@ from curvematch_jax.elastic import (
 )
 from curvematch_jax.elastic._align import _align_tables
 
-pytestmark = pytest.mark.slow  # compiles much
-
 N = 100
 FAST, ACCURATE = Aligner.fast(), Aligner.accurate()
 GENTLE = {"modes": 4, "decay": 3.0}  # curves that their samples hold well: no sharp turns

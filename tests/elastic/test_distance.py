@@ -16,8 +16,6 @@ from jax import lax
 
 from curvematch_jax.elastic import Aligner, align, alignment_distance, elastic_distance
 
-pytestmark = pytest.mark.slow  # compiles much
-
 N = 40
 CHEAP = [pytest.param(RIGID, id="rigid"), pytest.param(StartOnly(), id="other")]
 EACH = [*CHEAP, pytest.param(LEAN, id="lean", marks=pytest.mark.slow)]
