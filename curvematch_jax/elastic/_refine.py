@@ -19,7 +19,7 @@ from jax import lax
 from jaxtyping import Array, Bool, Float
 
 from ._cyclic import solve_cyclic
-from ._lanes import dot, fusion_barrier, multiply, rotate, running_sum, solve
+from ._lanes import dot, filled, fusion_barrier, multiply, rotate, running_sum, solve
 from ._lookup import lifted, summed
 from ._rotation import cayley, covariance, generators
 from ._tables import CurveTable
@@ -84,8 +84,8 @@ def refine(
         return (state, damping, place), None
 
     shapes = jax.eval_shape(partial(_state, first, second, None), u, rotation)
-    nothing = State(*(jnp.full(x.shape, jnp.inf, x.dtype) for x in shapes))
-    damping = jnp.full_like(u[:, 0], _FIRST_DAMPING / _EASING)
+    nothing = State(*(filled(jnp.inf, x, u) for x in shapes))
+    damping = filled(_FIRST_DAMPING / _EASING, u[:, 0], u)
     return lax.scan(step, (nothing, damping, (u, rotation)), jnp.arange(steps + 1))[0][0]
 
 

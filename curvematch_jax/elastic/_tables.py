@@ -10,7 +10,7 @@ from jaxtyping import Array, Float, Int
 
 from ._curve import norm, velocity
 from ._frame import AnyArray
-from ._lanes import running_sum
+from ._lanes import filled, running_sum
 from ._lookup import divided, nearest
 
 CAPACITY = 2048
@@ -57,7 +57,7 @@ def _tables(speed_vector: Float[Array, "b d c"], count: Int[Array, ""], times: i
     speed = jnp.asarray(norm(speed_vector))
     mean = jnp.sum(speed, axis=-1, keepdims=True) / count.astype(speed.dtype)
     srvf = speed_vector / jnp.sqrt(jnp.where(speed > 0, speed, 1) * jnp.where(mean > 0, mean, 1))[:, None]
-    counts = jnp.broadcast_to(count, speed.shape[:1])
+    counts = filled(0, jax.ShapeDtypeStruct(speed.shape[:1], count.dtype), speed) + count
     at = _times(speed, count, times)
     direction = jnp.moveaxis(nearest(srvf, counts, divided(at, TANGENTS)[:, :-1]), 0, 1)
     size = norm(direction)[:, None]
