@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from ..retrieval import Matching, StoredParts, build_matrix, matrix_status, run_settings
-from ..retrieval._cluster import connect
+from ..retrieval._executors import connect
 from ..retrieval._matrix_file import vacant
 from ..surface import Extraction
 from ._commands import SOME_FAILED, report_failures

@@ -76,7 +76,7 @@ def run_query(
             "results": ranking_rows(ranking, top, explained=explanation is not None),
             "objects": len(collection),
             "conflict": ranking.conflict,
-            "unknown": ranking.unknown,
+            "ignorance": ranking.ignorance,
             "notes": list(ranking.notes),
             "failed": [dataclasses.asdict(failure) for failure in failed],
             "picture": None if explanation is None else str(explanation.picture),

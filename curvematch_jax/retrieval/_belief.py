@@ -22,12 +22,12 @@ class Belief:
         log_probability: (M,) logarithm of the pignistic probability; it tells apart objects whose probabilities are
             too small or too alike for a float.
         conflict: mass on the empty set, in [0, 1]: how far the parts contradict each other.
-        unknown: mass on the whole frame, in [0, 1]: what no part has said anything about.
+        ignorance: mass on the whole frame, in [0, 1]: what no part has said anything about.
     """
 
     log_probability: np.ndarray
     conflict: float
-    unknown: float
+    ignorance: float
 
     @property
     def probability(self) -> np.ndarray:

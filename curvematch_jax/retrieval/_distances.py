@@ -38,20 +38,40 @@ def nearest(first: Stack, second: Stack, apart: np.ndarray, matching: Matching) 
     Returns:
         of the parts of the first to the objects of the second, and the other way round.
     """
-    wanted = np.repeat(np.repeat(apart, np.diff(first.starts), axis=0), np.diff(second.starts), axis=1)
+    wanted, rough = _rough(first, second, apart, matching)
     forward = backward = wanted
-    if matching.candidates:
-        rough = np.full(wanted.shape, np.inf)
-        rough[wanted] = rough_distances(first, second, np.argwhere(wanted), matching)
+    if rough is not None:
         forward = wanted & shortlist(rough, second.starts, matching.candidates)
         backward = wanted & shortlist(rough.T, first.starts, matching.candidates).T
-    distances = np.full(wanted.shape, np.inf)
-    compared = forward | backward
-    distances[compared] = part_distances(first, second, np.argwhere(compared), matching, matching.aligner)
+    distances = _distances(first, second, forward | backward, matching)
     return (
         _least(np.where(forward, distances, np.inf), second.starts, matching.max_distance),
         _least(np.where(backward, distances, np.inf).T, first.starts, matching.max_distance),
     )
+
+
+def nearest_in(first: Stack, second: Stack, apart: np.ndarray, matching: Matching) -> Nearest:
+    """Distances of the parts of the first to the objects of the second, as `nearest` has them."""
+    wanted, rough = _rough(first, second, apart, matching)
+    forward = wanted if rough is None else wanted & shortlist(rough, second.starts, matching.candidates)
+    return _least(_distances(first, second, forward, matching), second.starts, matching.max_distance)
+
+
+def _rough(first: Stack, second: Stack, apart: np.ndarray, matching: Matching) -> tuple[np.ndarray, np.ndarray | None]:
+    """Which parts are of objects to compare, (P1, P2) bool, and what candidates among them are chosen by, if any."""
+    wanted = np.repeat(np.repeat(apart, np.diff(first.starts), axis=0), np.diff(second.starts), axis=1)
+    if not matching.candidates:
+        return wanted, None
+    rough = np.full(wanted.shape, np.inf)
+    rough[wanted] = rough_distances(first, second, np.argwhere(wanted), matching)
+    return wanted, rough
+
+
+def _distances(first: Stack, second: Stack, compared: np.ndarray, matching: Matching) -> np.ndarray:
+    """Distances (P1, P2) of the parts to compare, inf for all others."""
+    distances = np.full(compared.shape, np.inf)
+    distances[compared] = part_distances(first, second, np.argwhere(compared), matching, matching.aligner)
+    return distances
 
 
 def part_distances(

@@ -69,7 +69,7 @@ def test_most_objects_are_not_compared_by_shape(objects):
     assert found.order[-1] == 30
     whole = rank(objects[31], objects)
     assert (found.probability[found.order[:3]] <= whole.probability[found.order[:3]] + 1e-9).all()
-    assert found.unknown <= whole.unknown + 1e-9
+    assert found.ignorance <= whole.ignorance + 1e-9
 
 
 def test_bounds_are_no_more_than_distances(objects):
