@@ -104,15 +104,17 @@ class Collection:
         Raises:
             ValueError: as `of`, and when the objects were extracted with other settings.
         """
+        if self.cohort is not None and len(self.cohort.members) < LEAST:
+            new = Collection.gathered(parts, self.matching)
+            new.require_extraction(self.extraction)
+            return self._joined(new)._judged(None, progress)
+        return self._joined(self.judging(parts, progress))
+
+    def judging(self, parts: Iterable[Parts], progress: Progress = False) -> Collection:
+        """Objects by themselves, in the eyes of this collection's cohort; raises as `added`."""
         new = Collection.gathered(parts, self.matching)
         new.require_extraction(self.extraction)
-        both = self._joined(new)
-        if self.cohort is None or self.moments is None:
-            return both
-        if len(self.cohort.members) < LEAST:
-            return both._judged(None, progress)
-        moments = new._judged(self, progress).moments
-        return replace(both, cohort=self.cohort, moments=np.concatenate([self.moments, moments], axis=1))
+        return new if self.cohort is None else new._judged(self, progress)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write an index that `open` maps into memory; one that is there is replaced.
@@ -157,9 +159,13 @@ class Collection:
             moments=None,
         )
 
-    def distances_to(self, members: Collection) -> np.ndarray:
-        """Distances (S, M, C) of every source to the members of a cohort; NaN to an object itself."""
-        same = own(self.fingerprints, members.fingerprints)
+    def distances_to(self, members: Collection, same: np.ndarray | None = None) -> np.ndarray:
+        """Distances (S, M, C) of every source to the members of a cohort.
+
+        Arguments:
+            same: (M, C) bool, pairs that are not compared, NaN; by default those of an object with itself or a twin.
+        """
+        same = own(self.fingerprints, members.fingerprints) if same is None else same
         parts = nearest_in(self.stack, members.stack, ~same, self.matching).distance
         means = object_distances(np.where(np.isinf(parts), 0.0, parts), self.areas, self.stack.starts, self.matching)
         means[:, members.stack.lacking] = np.nan
@@ -223,8 +229,7 @@ class Collection:
             areas=np.concatenate([self.areas, other.areas]),
             signatures=None if self.signatures is None else np.concatenate([self.signatures, other.signatures]),
             descriptors=joined_tables(self.descriptors, other.descriptors),
-            cohort=None,
-            moments=None,
+            moments=None if other.moments is None else np.concatenate([self.moments, other.moments], axis=1),
         )
 
 

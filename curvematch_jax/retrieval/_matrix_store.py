@@ -9,7 +9,6 @@ made of it in the end.
 from __future__ import annotations
 
 import os
-from collections import defaultdict, deque
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,7 @@ from ._files import replacing, writing
 from ._matching import Matching
 from ._matrix_file import MATRIX_FORMAT, chunks, matrix_attributes, vacant
 from ._matrix_table import MatrixTable
-from ._objects import Objects
+from ._objects import Objects, places
 from ._settings import first_difference, run_settings
 
 _LEAST_PARTS = 64
@@ -47,7 +46,7 @@ def open_matrix(
     for leftover in path.rglob("*.partial"):  # What zarr was writing when the process was killed.
         leftover.unlink()
     _require_settings(path, store.attributes, {**settings, "blocks": {"block": block}})
-    order, added = _places(path, store.attributes, objects)
+    order, added = places(path, store.attributes["names"], store.attributes["fingerprints"], objects)
     store.grow(objects.ordered(added))
     return store, order
 
@@ -181,26 +180,6 @@ def _attributes(known: Mapping[str, Any], added: Objects) -> dict[str, Any]:
         "cohort": known["cohort"] if len(known["cohort"]) >= LEAST else chosen(fingerprints).tolist(),
         "complete": False,
     }
-
-
-def _places(path: Path, attributes: Mapping[str, Any], objects: Objects) -> tuple[list[int], list[int]]:
-    """Where in the store each object is, or will be once those that are new have been added behind; and which are."""
-    free: defaultdict[tuple[str, str], deque[int]] = defaultdict(deque)
-    for place, key in enumerate(zip(attributes["names"], attributes["fingerprints"], strict=True)):
-        free[key].append(place)
-    order, added = [], []
-    for k, key in enumerate(zip(objects.names, objects.fingerprints, strict=True)):
-        order.append(free[key].popleft() if free[key] else len(attributes["names"]) + len(added))
-        added += [k] if order[-1] >= len(attributes["names"]) else []
-    left = [name for (name, _), places in free.items() for _ in places]
-    if left:
-        changed = left[0] in {objects.names[k] for k in added}
-        raise ValueError(
-            f"{path}: was made with other objects: "
-            + (f"the parts of {left[0]} have changed" if changed else f"{left[0]} is not among those given")
-            + ": give what it was made with, and more if you like, or choose another place"
-        )
-    return order, added
 
 
 def _require_settings(path: Path, attributes: Mapping[str, Any], given: Mapping[str, Any]) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -79,6 +81,32 @@ class Objects:
             ValueError: when those of one name have different lengths.
         """
         return {name: _table(name, rows) for name, rows in self.vectors.items()}
+
+
+def places(
+    path: Path, names: Sequence[str], fingerprints: Sequence[str], objects: Objects
+) -> tuple[list[int], list[int]]:
+    """Where each object is among those at a path, or will be once the new ones have been added; and which are new.
+
+    Raises:
+        ValueError: when one that is there is not among the objects, or has changed.
+    """
+    free: defaultdict[tuple[str, str], deque[int]] = defaultdict(deque)
+    for place, key in enumerate(zip(names, fingerprints, strict=True)):
+        free[key].append(place)
+    order, added = [], []
+    for k, key in enumerate(zip(objects.names, objects.fingerprints, strict=True)):
+        order.append(free[key].popleft() if free[key] else len(names) + len(added))
+        added += [k] if order[-1] >= len(names) else []
+    left = [name for (name, _), rest in free.items() for _ in rest]
+    if left:
+        changed = left[0] in {objects.names[k] for k in added}
+        raise ValueError(
+            f"{path}: was made with other objects: "
+            + (f"the parts of {left[0]} have changed" if changed else f"{left[0]} is not among those given")
+            + ": give what it was made with, and more if you like, or choose another place"
+        )
+    return order, added
 
 
 def own(fingerprints: Sequence[str], others: Sequence[str]) -> np.ndarray:

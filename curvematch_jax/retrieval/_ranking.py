@@ -234,6 +234,18 @@ def mutual(cohort: Cohort, evidence: np.ndarray, present: np.ndarray) -> np.ndar
     return np.where(present, np.minimum(cohort.dissimilarity(evidence), np.nextafter(1.0, 0.0)), 1.0)
 
 
+def between(collection: Collection, objects: np.ndarray) -> np.ndarray:
+    """Dissimilarities (K, K) of some objects of a collection with a cohort, (K,) indices, ascending."""
+    some, cohort, moments = collection.taken(objects), collection.cohort, collection.moments
+    assert cohort is not None
+    assert moments is not None
+    said = cohort.evidence(some.distances_to(some, np.eye(len(objects), dtype=bool)), moments[:, objects]).sum(axis=0)
+    present = ~some.stack.lacking
+    found = mutual(cohort, said + said.T, present[:, None] & present)
+    np.fill_diagonal(found, 0.0)
+    return found
+
+
 def fuse(distances: np.ndarray, areas: np.ndarray, present: np.ndarray, matching: Matching) -> Fused:
     """Join what the parts of a query say about M objects.
 

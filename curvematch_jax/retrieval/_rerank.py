@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
+from ._collection import Collection
+from ._ranking import Ranking, between
+
+# Objects of a ranking that are put in another order.
+RERANKED = 50
 # How much the affinities themselves count beside those of the neighbours: they decide who comes first.
 _OWN = 0.2
 
@@ -53,3 +60,25 @@ def rerank(dissimilarity: np.ndarray, k: int = 6) -> np.ndarray:
     found = 1.0 - ((after + after.T) / 2 + _OWN * affinity) / (1.0 + _OWN)
     np.fill_diagonal(found, 0.0)
     return np.clip(found, 0.0, 1.0)
+
+
+def reranked(collection: Collection, ranking: Ranking, k: int = 6) -> Ranking:
+    """A ranking whose first 50 objects are in the order of `rerank` among themselves and the query.
+
+    Everything but the order stays as it was.
+
+    Args:
+        collection: that was ranked, with a cohort.
+        ranking: the first 50 of its order are exact: `rank(query, collection, top=50)`, or more.
+
+    Raises:
+        ValueError: when the collection has no cohort: one-way dissimilarities of different objects do not compare.
+    """
+    if collection.cohort is None:
+        raise ValueError('re-ranking needs symmetric dissimilarities: a matching with fusion = "cohort"')
+    first = np.sort(ranking.order[:RERANKED])
+    matrix = np.zeros((len(first) + 1, len(first) + 1))
+    matrix[1:, 1:] = between(collection, first)
+    matrix[0, 1:] = matrix[1:, 0] = ranking.dissimilarity[first]
+    order = first[np.argsort(rerank(matrix, k)[0, 1:], kind="stable")]
+    return dataclasses.replace(ranking, order=np.concatenate([order, ranking.order[RERANKED:]]))
