@@ -52,7 +52,7 @@ def rerank(dissimilarity: np.ndarray, k: int = 6) -> np.ndarray:
     nearest = np.argsort(apart, axis=1, kind="stable")[:, : min(k, count - 1) + 1]
     np.fill_diagonal(apart, 0.0)
     reach = np.maximum(np.take_along_axis(apart, nearest[:, -1:], axis=1), np.finfo(np.float64).tiny)
-    affinity = np.exp(-apart / np.sqrt(reach) / np.sqrt(reach.T))
+    affinity = np.exp(-apart / (np.sqrt(reach) * np.sqrt(reach.T)))
     step = np.zeros_like(affinity)
     np.put_along_axis(step, nearest, np.take_along_axis(affinity, nearest, axis=1), axis=1)
     step /= step.sum(axis=1, keepdims=True)
