@@ -140,7 +140,7 @@ def compared(first: Stack, one: Index, second: Stack, other: Index, matching: Ma
     both, either = left & right, left | right
     lengths = first.log_lengths[one] - second.log_lengths[other]
     ratios = np.minimum(np.abs(lengths), MAX_LOG_RATIO)
-    values = np.where(both, matching.length_weight * ratios, matching.missing * either)
+    values = np.where(both, matching.length_weight * ratios, np.float32(matching.missing) * either)
     apart: np.ndarray | float = 0.0
     if matching.front_weight:
         fronts = np.abs(first.log_fronts[one] - second.log_fronts[other])
@@ -149,7 +149,7 @@ def compared(first: Stack, one: Index, second: Stack, other: Index, matching: Ma
     if matching.isometry_weight:
         units = first.log_units[one] - second.log_units[other]
         unequal = np.minimum(np.abs(lengths - units[..., None]), MAX_ISOMETRY_RATIO)
-        unequal = np.where(both, unequal, MAX_ISOMETRY_RATIO * either)
+        unequal = np.where(both, unequal, np.float32(MAX_ISOMETRY_RATIO) * either)
         unequal = _mean(unequal, either, _weights(unequal, ISOMETRY_DECAY))
         apart = apart + matching.isometry_weight * np.minimum(unequal, matching.isometry_limit)
     return Levels(values, both, either, apart)
@@ -163,6 +163,7 @@ def _weights(levels: np.ndarray, decay: float) -> np.ndarray:
 def _mean(values: np.ndarray, counted: np.ndarray | None, weights: np.ndarray) -> np.ndarray:
     """Mean over the levels (*K, L) that count, (*K,); 0 where none does."""
     # Not by `@`, where the last bits of a row depend on how many rows there are.
+    weights = weights.astype(values.dtype)
     total = np.einsum("...l,l->...", values, weights)
     if counted is None:
         return total / weights.sum()

@@ -148,16 +148,16 @@ def rank(
     asked = Collection.gathered([query], matching)
     ready.require(asked, matching)
     listed = ~own(ready.fingerprints, asked.fingerprints)[:, 0] if exclude_self else np.ones(len(ready.names), bool)
-    fused_now = _judge(asked, ready, query.areas, matching)
+    score, judged = _judge(asked, ready, query.areas, matching)
     stacked = time.perf_counter()
     search = Search.begin(asked, ready, matching)
     bounded = time.perf_counter()
     count = int(listed.sum())
     if top is not None and matching.separate:
         count = min(top, count)
-    fused, order = _settled(search, fused_now, listed, count, progress)
+    order = _settled(search, score, listed, count, progress)
+    found, fused = search.nearest, judged(search)
     ended = time.perf_counter()
-    found = search.nearest
     return Ranking(
         order=order,
         names=ready.names,
@@ -176,8 +176,8 @@ def rank(
 
 
 def _settled(
-    search: Search, fused_now: Callable[[Search], Fused], listed: np.ndarray, count: int, progress: Progress
-) -> tuple[Fused, np.ndarray]:
+    search: Search, score: Callable[[Search], np.ndarray], listed: np.ndarray, count: int, progress: Progress
+) -> np.ndarray:
     """The order, once its first `count` objects are certain.
 
     An object's bound puts it no later than its distances will. So as soon as the first ones in the order of bounds
@@ -185,24 +185,26 @@ def _settled(
     """
     report, total = reporter(progress, "query", "pairs"), search.known.size
     while True:
-        fused, known = fused_now(search), search.exact
-        order = np.argsort(fused.dissimilarity, kind="stable")
+        order = np.argsort(score(search), kind="stable")
         order = order[listed[order]]
-        exact = known[order]
+        exact = search.exact[order]
         if exact[:count].all():
             report(total, total)
-            return fused, order
+            return order
         likely = order[~exact][: max(count, _AT_ONCE, int(exact.sum()) // 4)]
         for some in np.split(likely, range(_MOST_AT_ONCE, len(likely), _MOST_AT_ONCE)):
             report(int(search.known.sum()), total)
             search.settle(some)
 
 
-def _judge(asked: Collection, ready: Collection, areas: np.ndarray, matching: Matching) -> Callable[[Search], Fused]:
-    """What makes of distances or bounds what is said of every object."""
+def _judge(
+    asked: Collection, ready: Collection, areas: np.ndarray, matching: Matching
+) -> tuple[Callable[[Search], np.ndarray], Callable[[Search], Fused]]:
+    """What makes of distances or bounds the dissimilarities of all objects, and what makes of them all there is."""
     present = ~ready.stack.lacking
     if not matching.mutual:
-        return lambda search: fuse(search.nearest.distance, areas, present, matching)
+        one_way = lambda search: fuse(search.there, areas, present, matching)  # noqa: E731
+        return lambda search: one_way(search).dissimilarity, one_way
     cohort, moments = ready.cohort, ready.moments
     assert cohort is not None
     assert moments is not None
@@ -210,18 +212,24 @@ def _judge(asked: Collection, ready: Collection, areas: np.ndarray, matching: Ma
     witnesses = witness_distances(asked.descriptors, ready.descriptors, matching)
     known = present if len(areas) else np.zeros_like(present)
 
-    def fused_now(search: Search) -> Fused:
-        ahead = object_distances(search.nearest.distance, areas, np.array([0, len(areas)]), matching)
+    def said(search: Search) -> np.ndarray:
+        ahead = object_distances(search.there, areas, np.array([0, len(areas)]), matching)
         there = cohort.evidence(np.stack([ahead, *witnesses]), own_moments)[:, 0]
-        here = cohort.evidence(np.stack([search.back[:, None], *(each.T for each in witnesses)]), moments)[:, :, 0]
-        said = np.where(known, there + here, 0.0)
-        belief = combine(*odds_masses(said))
-        singletons, _ = _part_masses(search.nearest.distance, areas, matching)
-        names = ("parts", *(witness.name for witness in matching.witnesses))
-        evidence = dict(zip(names, said, strict=True))
-        return Fused(mutual(cohort, said.sum(axis=0), known), belief, singletons, evidence)
+        here = cohort.evidence(np.stack([search.here[:, None], *(each.T for each in witnesses)]), moments)[:, :, 0]
+        return np.where(known, there + here, 0.0)
 
-    return fused_now
+    def score(search: Search) -> np.ndarray:
+        return mutual(cohort, said(search).sum(axis=0), known)
+
+    def judged(search: Search) -> Fused:
+        evidence = said(search)
+        belief = combine(*odds_masses(evidence))
+        singletons, _ = _part_masses(search.there, areas, matching)
+        names = ("parts", *(witness.name for witness in matching.witnesses))
+        sources = dict(zip(names, evidence, strict=True))
+        return Fused(mutual(cohort, evidence.sum(axis=0), known), belief, singletons, sources)
+
+    return score, judged
 
 
 def mutual(cohort: Cohort, evidence: np.ndarray, present: np.ndarray) -> np.ndarray:

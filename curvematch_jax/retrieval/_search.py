@@ -16,7 +16,7 @@ from ._stack import object_blocks
 # Parts of the collection that are compared with a query at once: what is compared stays in the processor's cache.
 _BLOCK = 1024
 # Bounds stay below distances however both are rounded.
-_SLACK = 1e-6
+_SLACK = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,9 +26,12 @@ class Search:
     Attributes:
         query, collection, matching: what is compared, and how.
         distance: (P, Q) distances, or bounds of them from below.
-        known: (P, Q) bool, whether `distance` is the distance itself.
+        known: (P, Q) bool, whether `distance` is the distance itself, or nobody asks for it.
         forward: (P, Q) bool, whether the object's part is a candidate of the query's part.
         backward: (P, Q) bool, the other way round; nothing where nobody asks.
+        ahead: (P, M) the least distance of the query's parts to their candidates in each object; inf for none.
+        behind: (Q,) the least distance of an object's part to its candidates in the query; inf for none.
+        exact: (M,) bool, whether all that the query and the object say of each other is known.
     """
 
     query: Collection
@@ -38,75 +41,74 @@ class Search:
     known: np.ndarray
     forward: np.ndarray
     backward: np.ndarray
+    ahead: np.ndarray
+    behind: np.ndarray
+    exact: np.ndarray
 
     @classmethod
     def begin(cls, query: Collection, collection: Collection, matching: Matching) -> Search:
         """Candidates and bounds; nothing is known yet."""
-        blocks = object_blocks(collection.stack.starts, parts=_BLOCK)
+        starts = collection.stack.starts
+        blocks = object_blocks(starts, parts=_BLOCK)
         found = [_candidates(query, collection, block, matching) for block in blocks]
         distance, forward, backward = (np.concatenate(pieces, axis=1) for pieces in zip(*found, strict=True))
-        return cls(query, collection, matching, distance, ~(forward | backward), forward, backward)
-
-    @property
-    def exact(self) -> np.ndarray:
-        """(M,) bool, whether all that the query and the object say of each other is known."""
-        there = (self._least(self.known) <= self._least(None)).all(axis=0)
-        here = (self._nearest_to_query(self.known) <= self._nearest_to_query(None))[None]
-        return there & (_by_object(here.astype(np.float64), self.collection.stack.starts, np.minimum, 1.0)[0] > 0)
+        ahead = _by_object(np.where(forward, distance, np.inf), starts)
+        behind = np.where(backward, distance, np.inf).min(axis=0, initial=np.inf)
+        known = ~(forward | backward)
+        exact = collection.stack.lacking | (not len(distance))
+        return cls(query, collection, matching, distance, known, forward, backward, ahead, behind, exact)
 
     @property
     def nearest(self) -> Nearest:
         """The nearest candidates of the query's parts in each object, and their distances or bounds."""
-        starts, least = self.collection.stack.starts, self._least(None)
-        hit = self.forward & (self.distance == np.repeat(least, np.diff(starts), axis=1))
-        place = np.where(hit, np.arange(self.distance.shape[1], dtype=np.float64), np.inf)
-        first = _by_object(place, starts, np.minimum, np.inf)
+        starts = self.collection.stack.starts
+        hit = self.forward & (self.distance == np.repeat(self.ahead, np.diff(starts), axis=1))
+        first = _by_object(np.where(hit, np.arange(self.distance.shape[1]), np.inf), starts)
         part = np.where(np.isfinite(first), first - starts[:-1], -1).astype(np.int64)
-        return Nearest(np.where(np.isinf(least), self.matching.max_distance, least), part)
+        return Nearest(self.there, part)
 
     @property
-    def back(self) -> np.ndarray:
+    def there(self) -> np.ndarray:
+        """(P, M) distances of the query's parts to the objects, or bounds."""
+        return np.where(np.isinf(self.ahead), self.matching.max_distance, self.ahead)
+
+    @property
+    def here(self) -> np.ndarray:
         """(M,) mean distance of an object's parts to the query; NaN for an object without."""
-        nearest = self._nearest_to_query(None)[:, None]
-        return object_distances(nearest, self.collection.areas, self.collection.stack.starts, self.matching)[:, 0]
+        collection = self.collection
+        return object_distances(self.behind[:, None], collection.areas, collection.stack.starts, self.matching)[:, 0]
 
     def settle(self, objects: np.ndarray) -> None:
         """Compute, in each of the objects, the candidates that may be nearest: the least ones not known yet."""
         stack = self.collection.stack
-        sizes = np.diff(stack.starts)[objects]
-        columns = np.repeat(stack.starts[:-1][objects] - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
-        starts = np.concatenate([[0], np.cumsum(sizes)])
-        distance = self.distance[:, columns]
-        ahead = np.where(self.forward[:, columns], distance, np.inf)
-        least = np.repeat(_by_object(ahead, starts, np.minimum, np.inf), sizes, axis=1)
-        behind = np.where(self.backward[:, columns], distance, np.inf)
-        asked = (ahead == least) & np.isfinite(ahead)
-        asked |= (behind == behind.min(axis=0, initial=np.inf)) & np.isfinite(behind)
-        i, at = np.nonzero(asked & ~self.known[:, columns])
+        columns, starts = stack.parts_of(objects)
+        ahead = np.where(self.forward[:, columns], self.distance[:, columns], np.inf)
+        behind = np.where(self.backward[:, columns], self.distance[:, columns], np.inf)
+        sizes = np.diff(starts)
+        least = (ahead == np.repeat(self.ahead[:, objects], sizes, axis=1)) & np.isfinite(ahead)
+        least |= (behind == self.behind[columns]) & np.isfinite(behind)
+        i, at = np.nonzero(least & ~self.known[:, columns])
         pairs = np.stack([i, columns[at]], axis=1)
-        self.distance[i, columns[at]] = part_distances(
-            self.query.stack, stack, pairs, self.matching, self.matching.aligner
-        )
-        self.known[i, columns[at]] = True
-
-    def _least(self, among: np.ndarray | None) -> np.ndarray:
-        """(P, M) the least distance of the query's parts to their candidates in each object."""
-        counted = self.forward if among is None else self.forward & among
-        values = np.where(counted, self.distance, np.inf)
-        return _by_object(values, self.collection.stack.starts, np.minimum, np.inf)
-
-    def _nearest_to_query(self, among: np.ndarray | None) -> np.ndarray:
-        """(Q,) the least distance of an object's part to its candidates in the query."""
-        counted = self.backward if among is None else self.backward & among
-        return np.where(counted, self.distance, np.inf).min(axis=0, initial=np.inf)
+        matching = self.matching
+        found = part_distances(self.query.stack, stack, pairs, matching, matching.aligner)
+        self.distance[i, columns[at]], self.known[i, columns[at]] = found, True
+        ahead[i, at] = np.where(self.forward[i, columns[at]], found, np.inf)
+        behind[i, at] = np.where(self.backward[i, columns[at]], found, np.inf)
+        self.ahead[:, objects], self.behind[columns] = _by_object(ahead, starts), behind.min(axis=0, initial=np.inf)
+        unknown = ~self.known[:, columns]
+        open_ = (
+            unknown & (ahead < np.repeat(_by_object(np.where(unknown, np.inf, ahead), starts), sizes, axis=1))
+        ).any(axis=0)
+        open_ |= (unknown & (behind < np.where(unknown, np.inf, behind).min(axis=0, initial=np.inf))).any(axis=0)
+        self.exact[objects] = np.isinf(_by_object(np.where(open_, 0.0, np.inf)[None], starts)[0])
 
 
-def _by_object(values: np.ndarray, starts: np.ndarray, join: np.ufunc, empty: float) -> np.ndarray:
-    """Values (P, Q) joined over the parts of each object, (P, M); `empty` for an object without parts."""
-    found = np.full((len(values), len(starts) - 1), empty)
+def _by_object(values: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """The least of the values (P, Q) of each object's parts, (P, M); inf for an object without parts."""
+    found = np.full((len(values), len(starts) - 1), np.inf)
     some = np.diff(starts) > 0
     if some.any() and len(values):
-        found[:, some] = join.reduceat(values, starts[:-1][some], axis=1)
+        found[:, some] = np.minimum.reduceat(values, starts[:-1][some], axis=1)
     return found
 
 
@@ -146,5 +148,5 @@ def _bounds(
     if query.signatures is None or collection.signatures is None:
         return rough, levels.joined(matching) - _SLACK
     products = np.einsum("ils,jls->ijl", query.signatures, collection.signatures[parts], optimize=True)
-    levels.values[levels.both] += least_distance(products[levels.both])
-    return rough, levels.joined(matching) - _SLACK
+    values = levels.values + np.where(levels.both, least_distance(products), np.float32(0))
+    return rough, levels._replace(values=values).joined(matching) - _SLACK

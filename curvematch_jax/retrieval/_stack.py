@@ -48,8 +48,7 @@ class Stack:
 
     def taken(self, objects: np.ndarray) -> Stack:
         """The stack of some of the objects, (K,) indices."""
-        sizes = np.diff(self.starts)[objects]
-        parts = np.repeat(self.starts[:-1][objects] - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
+        parts, starts = self.parts_of(objects)
         rows = self.rows[parts]
         there = rows >= 0
         renumbered = np.full(rows.shape, -1)
@@ -60,8 +59,14 @@ class Stack:
             log_lengths=self.log_lengths[parts],
             log_fronts=self.log_fronts[parts],
             log_units=self.log_units[parts],
-            starts=np.concatenate([[0], np.cumsum(sizes)]),
+            starts=starts,
         )
+
+    def parts_of(self, objects: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The parts of some of the objects, (K,) indices, and where among them those of each begin, (K + 1,)."""
+        sizes = np.diff(self.starts)[objects]
+        starts = np.concatenate([[0], np.cumsum(sizes)])
+        return np.repeat(self.starts[:-1][objects] - starts[:-1], sizes) + np.arange(starts[-1]), starts
 
 
 def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
