@@ -227,9 +227,9 @@ class Collection:
             fingerprints=self.fingerprints + other.fingerprints,
             stack=joined([self.stack, other.stack]),
             areas=np.concatenate([self.areas, other.areas]),
-            signatures=None if self.signatures is None else np.concatenate([self.signatures, other.signatures]),
+            signatures=_behind(self.signatures, other.signatures, axis=0),
             descriptors=joined_tables(self.descriptors, other.descriptors),
-            moments=None if other.moments is None else np.concatenate([self.moments, other.moments], axis=1),
+            moments=_behind(self.moments, other.moments, axis=1),
         )
 
 
@@ -244,6 +244,10 @@ def joined_tables(one: Descriptors, other: Descriptors) -> Descriptors:
         padded = [np.pad(t[name], ((0, 0), (0, wide - t[name].shape[1])), constant_values=np.nan) for t in (one, other)]
         tables[name] = np.concatenate(padded)
     return tables
+
+
+def _behind(one: np.ndarray | None, other: np.ndarray | None, axis: int) -> np.ndarray | None:
+    return None if one is None or other is None else np.concatenate([one, other], axis)
 
 
 def _ready(members: Stack, aligner: Aligner) -> tuple[Stack, np.ndarray | None]:

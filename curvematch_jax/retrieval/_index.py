@@ -186,7 +186,8 @@ def _collection(path: Path, table: Mapping[str, Any], matching: Matching) -> Col
     arrays = {name: _mapped(path, name, entry) for name, entry in table["arrays"].items()}
     starts = np.concatenate([[0], np.cumsum(arrays["sizes"])])
     if "tangents" in arrays:
-        rigid = RigidTable(arrays["tangents"], None)
+        tangents: Any = arrays["tangents"]
+        rigid = RigidTable(tangents, None)
         curves: Any = Tables(rigid, arrays["keys"], int(table["dimension"]), matching.aligner)
     else:
         curves = arrays["curves"]

@@ -39,6 +39,7 @@ def open_matrix(
             difference.
     """
     path = Path(path)
+    assert objects.extraction is not None
     settings = run_settings(objects.extraction, matching)
     if vacant(path):
         _create(path, objects, settings, block)

@@ -64,9 +64,13 @@ class Objects:
 
     def ordered(self, order: Sequence[int]) -> Objects:
         """The objects in another order."""
-        vectors = {name: [rows[k] for k in order] for name, rows in self.vectors.items()}
-        lists = ([values[k] for k in order] for values in (self.names, self.fingerprints, self.areas))
-        return Objects(self.extraction, *lists, vectors)
+        return Objects(
+            self.extraction,
+            [self.names[k] for k in order],
+            [self.fingerprints[k] for k in order],
+            [self.areas[k] for k in order],
+            {name: [rows[k] for k in order] for name, rows in self.vectors.items()},
+        )
 
     @property
     def counts(self) -> np.ndarray:
