@@ -86,7 +86,7 @@ def ranking_table(ranking: Ranking, top: int) -> str:
     width = max(len(str(row["name"])) for row in rows)
     lines = [f"rank  {'name':<{width}}  probability  dissimilarity"]
     lines += [
-        f"{row['rank']:>4}  {row['name']:<{width}}  {row['probability']:>11.5f}  {row['dissimilarity']:>13.5f}"
+        f"{row['rank']:>4}  {row['name']:<{width}}  {row['probability']:>11.5f}  {row['dissimilarity']:>13.5g}"
         for row in rows
     ]
     lines.append(f"conflict {ranking.conflict:.5f}, ignorance {ranking.ignorance:.5f}")

@@ -137,4 +137,4 @@ def _log_expm1(x: np.ndarray) -> np.ndarray:
 
 def _one_minus_exp(log_x: float) -> float:
     """`1 - exp(log_x)`, clipped to [0, 1] against rounding."""
-    return float(np.clip(-np.expm1(log_x), 0.0, 1.0))
+    return float(np.clip(-np.expm1(log_x), 0.0, 1.0)) + 0.0  # Not -0.
