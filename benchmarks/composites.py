@@ -32,6 +32,7 @@ from benchmarks._graded import RELATED, SOURCE, Relatives, graded, measured, rel
 from benchmarks._record import versions, write
 from benchmarks.baselines import BASELINES
 from curvematch_jax import (
+    Collection,
     Extraction,
     Matching,
     Mesh,
@@ -92,7 +93,8 @@ def dissimilarities(
     """Of every method: its name, and the dissimilarities `(Q, M)`."""
     parts = [model.parts for model in models]
     for name in methods:
-        yield name, np.stack([rank(query.parts, parts, METHODS[name]).dissimilarity for query in queries])
+        ready = Collection.of(parts, METHODS[name])
+        yield name, np.stack([rank(query.parts, ready, METHODS[name]).dissimilarity for query in queries])
     for baseline in BASELINES:
         first, second = ([each.baselines[baseline.name] for each in side] for side in (queries, models))
         yield baseline.name, baseline.compare(first, second)

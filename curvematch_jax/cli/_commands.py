@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..datasets import match_labels, read_labels
-from ..retrieval import evaluate, load_matrix
+from ..retrieval import evaluate, load_matrix, rerank
 from ..surface import Extraction, Parts
 from ._inputs import Failure, find_sources, gather, is_parts
 from ._kept import Store
@@ -68,14 +68,17 @@ def make_parts(
     return SOME_FAILED if failed and strict else 0
 
 
-def run_evaluation(matrix: Path, labels: Path, output: Output) -> int:
-    """`curvematch evaluate`: the measures of a saved matrix."""
+def run_evaluation(matrix: Path, labels: Path, reranked: bool, output: Output) -> int:
+    """`curvematch evaluate`: the measures of a saved matrix, as it is or re-ranked."""
     saved = load_matrix(matrix)
-    scores = evaluate(saved.dissimilarity, match_labels(saved.names, read_labels(labels), labels))
+    values = rerank(saved.dissimilarity) if reranked else saved.dissimilarity
+    scores = evaluate(values, match_labels(saved.names, read_labels(labels), labels))
     for note in saved.notes:
         output.note(note)
     summary = scores.summary()
-    output.result(scores_table(scores), {**summary, "notes": list(saved.notes), "settings": saved.settings})
+    output.result(
+        scores_table(scores), {**summary, "reranked": reranked, "notes": list(saved.notes), "settings": saved.settings}
+    )
     return 0
 
 

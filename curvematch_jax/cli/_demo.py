@@ -76,7 +76,7 @@ def run_demo(out: Path, jobs: int, output: Output) -> int:
             "query": made[query].mesh.name,
             "results": ranking_rows(ranking, _TOP),
             "conflict": ranking.conflict,
-            "unknown": ranking.unknown,
+            "ignorance": ranking.ignorance,
             "class_order": classes,
             "sources_first": set(classes[: len(SOURCES)]) == set(SOURCES),
             "files": [str(path) for path in files],

@@ -1,4 +1,4 @@
-"""The work of `curvematch matrix`, from checked arguments to its exit status."""
+"""The work of `curvematch matrix` and `index`, from checked arguments to its exit status."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from ..retrieval import Matching, StoredParts, build_matrix, matrix_status, run_settings
-from ..retrieval._cluster import connect
+from ..retrieval import Matching, StoredParts, build_index, build_matrix, matrix_status, run_settings
+from ..retrieval._executors import connect
 from ..retrieval._matrix_file import vacant
 from ..surface import Extraction
 from ._commands import SOME_FAILED, report_failures
@@ -52,6 +52,37 @@ def make_matrix(
             "objects": list(status.names),
             "without_parts": [note.removesuffix(" has no feature point") for note in status.notes],
             "blocks": blocks,
+            "failed": [dataclasses.asdict(failure) for failure in failed],
+            "settings": run_settings(parts[0].settings, matching),
+            "seconds": seconds,
+        },
+    )
+    return SOME_FAILED if failed and strict else 0
+
+
+def make_index(
+    inputs: Sequence[Path],
+    out: Path,
+    extraction: Extraction,
+    matching: Matching,
+    jobs: int,
+    strict: bool,
+    output: Output,
+) -> int:
+    """Meshes or parts to an index, or what is new into it; parts of meshes are kept beside it."""
+    started = time.perf_counter()
+    sources = find_sources(inputs)
+    paths, failed = _stored(sources, out.with_suffix(".parts"), extraction, jobs, output)
+    report_failures(failed, len(paths), output)
+    parts = StoredParts(list(paths.values()), [sources[index].name for index in paths])
+    added = build_index(parts, out, matching, output.progress)
+    seconds = time.perf_counter() - started
+    output.result(
+        f"{len(parts)} objects: index in {out}, {added} of them new ({seconds:.1f} s)",
+        {
+            "out": str(out),
+            "objects": len(parts),
+            "added": added,
             "failed": [dataclasses.asdict(failure) for failure in failed],
             "settings": run_settings(parts[0].settings, matching),
             "seconds": seconds,

@@ -10,7 +10,7 @@ import numpy as np
 from ..elastic import Tables
 from ..surface import Parts
 from ._matching import Unit
-from ._parts_file import require_same_settings
+from ._settings import require_same_extraction
 
 # In units of area or diameter: fronts that are shorter are as short as can be, so that ratios of them stay bounded.
 _SHORTEST_FRONT = 0.02
@@ -46,21 +46,27 @@ class Stack:
         """(M,) bool, True for an object without parts."""
         return np.diff(self.starts) == 0
 
-    def __getitem__(self, objects: slice) -> Stack:
-        """The stack of a run of objects."""
-        starts = self.starts[objects.start : objects.stop + 1]
-        parts = slice(int(starts[0]), int(starts[-1]))
-        before = int((self.rows[: parts.start] >= 0).sum())
+    def taken(self, objects: np.ndarray) -> Stack:
+        """The stack of some of the objects, (K,) indices."""
+        parts, starts = self.parts_of(objects)
         rows = self.rows[parts]
-        count = int((rows >= 0).sum())
+        there = rows >= 0
+        renumbered = np.full(rows.shape, -1)
+        renumbered[there] = np.arange(there.sum())
         return Stack(
-            curves=self.curves[before : before + count],
-            rows=np.where(rows >= 0, rows - before, -1),
+            curves=self.curves[rows[there]],
+            rows=renumbered,
             log_lengths=self.log_lengths[parts],
             log_fronts=self.log_fronts[parts],
             log_units=self.log_units[parts],
-            starts=starts - parts.start,
+            starts=starts,
         )
+
+    def parts_of(self, objects: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The parts of some of the objects, (K,) indices, and where among them those of each begin, (K + 1,)."""
+        sizes = np.diff(self.starts)[objects]
+        starts = np.concatenate([[0], np.cumsum(sizes)])
+        return np.repeat(self.starts[:-1][objects] - starts[:-1], sizes) + np.arange(starts[-1]), starts
 
 
 def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
@@ -71,7 +77,7 @@ def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
     """
     if not collection:
         raise ValueError("the collection is empty: at least one object is needed")
-    require_same_settings(collection)
+    require_same_extraction(collection)
     mask = unbroken(np.concatenate([parts.mask for parts in collection]))
     rows = np.full(mask.shape, -1)
     rows[mask] = np.arange(mask.sum())

@@ -1,6 +1,6 @@
 """From a mesh to its parts: the fixed-size arrays that are handed to the engine."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,7 +10,9 @@ from ._fields import Distances, Field, check_field, curve_unit, distances_on
 from ._levels import LevelSets, follow, front_lengths
 from ._mesh import Mesh, MeshError
 from ._smooth import smooth
+from ._spectrum import spectrum
 from ._topology import Edges, edges, face_areas
+from ._views import views
 
 # A level curve that has split goes on as its longest branch while that has this share of the length.
 _DOMINANCE = 0.6
@@ -91,6 +93,8 @@ class Parts:
         diameter: geodesic diameter in mesh units; with spectral distances 1.5 times the square root of the area.
         settings: how they were made.
         notes: what cleaning changed, and warnings.
+        spectrum: float32, logarithms of the surface's lowest 20 eigenvalues times its area; empty when not described.
+        views: float32, the 322 numbers of how the surface looks from outside; empty when not described.
     """
 
     name: str
@@ -106,6 +110,8 @@ class Parts:
     diameter: float
     settings: Extraction
     notes: tuple[str, ...]
+    spectrum: np.ndarray = field(default_factory=lambda: np.zeros(0, np.float32))
+    views: np.ndarray = field(default_factory=lambda: np.zeros(0, np.float32))
 
 
 def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
@@ -123,7 +129,8 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
     if not 0 < features.diameter < np.inf:
         raise MeshError(f"{mesh.name or 'mesh'}: its triangles are too thin for distances along the surface")
     parts = parts_around(mesh, distances, features, extraction, report.messages)
-    for name in ("curves", "lengths", "fronts", "centres", "areas", "points", "between"):
+    parts = replace(parts, **described(mesh))
+    for name in ("curves", "lengths", "fronts", "centres", "areas", "points", "between", "spectrum", "views"):
         if not np.isfinite(getattr(parts, name)).all():
             raise MeshError(f"{mesh.name or 'mesh'}: its triangles are too thin: {name} of its parts are not finite")
     return parts
@@ -133,6 +140,12 @@ def prepared(mesh: Mesh, extraction: Extraction) -> tuple[Mesh, CleanReport]:
     """The surface that is measured: cleaned, and smoothed as `extraction` says."""
     mesh, report = clean(mesh, vertices=extraction.vertices)
     return smooth(mesh, extraction.smoothing), report
+
+
+def described(mesh: Mesh) -> dict[str, np.ndarray]:
+    """What `Parts` holds of the surface as a whole, by name."""
+    with np.errstate(divide="ignore", invalid="ignore"):  # What is not finite is refused by its name.
+        return {"spectrum": np.log(spectrum(mesh)).astype(np.float32), "views": views(mesh).astype(np.float32)}
 
 
 def parts_around(
