@@ -43,8 +43,8 @@ def parts_from_moved_points(task: tuple[Model, float]) -> Parts:
     features = feature_points(mesh, distances, settings.epsilon, settings.least)
     random = np.random.default_rng(zlib.crc32(model.name.encode()))
     vertices = [moved(distances(v), amount * features.diameter, random) for v in features.vertices.tolist()]
-    moved = features._replace(vertices=np.array(vertices))
-    parts = parts_around(mesh, distances, moved, settings, report.messages)
+    features = features._replace(vertices=np.array(vertices))
+    parts = parts_around(mesh, distances, features, settings, report.messages)
     return dataclasses.replace(parts, **described(mesh))
 
 
