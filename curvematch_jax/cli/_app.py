@@ -13,7 +13,7 @@ import typer
 
 from ..retrieval import Matching
 from ..surface import Extraction
-from . import _commands
+from . import _commands, _curves
 from ._demo import run_demo
 from ._jax import configure_jax
 from ._matrix import make_index, make_matrix, show_status
@@ -197,6 +197,37 @@ def evaluate(
 ) -> int:
     """Measure how well a matrix finds the members of each class."""
     return _commands.run_evaluation(matrix, labels, rerank, Output(json, quiet))
+
+
+@app.command()
+def outlines(
+    images: Annotated[list[Path], typer.Argument(metavar="IMAGES...", help="PNG or TIFF masks, or folders of them.")],
+    out: Annotated[Path, typer.Option(metavar="CURVES", help="File for the curves: .npz, .csv or .tps.")],
+    samples: Annotated[int, typer.Option(min=8, help="Points on a curve.")] = 100,
+    smoothing: Annotated[float, typer.Option(min=0, help="Pixels by which the staircase is smoothed.")] = 1.0,
+    each: Annotated[bool, typer.Option("--each", help="One outline for each label of an image.")] = False,
+    strict: Strict = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Read the outlines of masks as closed curves."""
+    return _curves.make_outlines(images, out, samples, smoothing, each, strict, Output(json, quiet))
+
+
+@app.command()
+def mean(
+    curves: Annotated[Path, typer.Argument(metavar="CURVES", help="Closed curves: .npz, .csv or .tps.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the mean, tables and pictures.")],
+    groups: Annotated[
+        Path | None, typer.Option(metavar="labels.csv", help="Groups to compare, columns `file,class`.")
+    ] = None,
+    samples: Annotated[int | None, typer.Option(min=8, help="Points on a curve.", show_default="as given")] = None,
+    permutations: Annotated[int, typer.Option(min=1, help="Of the groups, for the tests.")] = 9999,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Average closed curves: the mean, its components, tests of groups, and pictures."""
+    return _curves.make_mean(curves, out, groups, samples, permutations, Output(json, quiet))
 
 
 @app.command()

@@ -1,0 +1,142 @@
+"""The work of `curvematch outlines` and `curvematch mean`."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from .._progress import reporter
+from ..datasets import match_labels, read_labels
+from ..elastic import distance_matrix
+from ..outlines import CURVE_SUFFIXES, IMAGE_SUFFIXES, read_curves, read_outlines, write_curves
+from ..pictures import components_picture, mean_picture, scores_picture
+from ..retrieval._files import replacing, writing
+from ..statistics import TangentPCA, energy_test, karcher_mean, variance_test
+from ._commands import SOME_FAILED, report_failures
+from ._inputs import Failure
+from ._output import Output
+
+_SHOWN = 3  # components drawn
+_TESTS = {"energy": energy_test, "variance": variance_test}
+
+
+def make_outlines(
+    images: Sequence[Path],
+    out: Path,
+    samples: int,
+    smoothing: float,
+    each: bool,
+    strict: bool,
+    output: Output,
+) -> int:
+    """Images to one file of curves; images that cannot be used are reported one by one."""
+    started = time.perf_counter()
+    if out.suffix.lower() not in CURVE_SUFFIXES:
+        raise ValueError(f"{out}: no format of curves; known are {', '.join(CURVE_SUFFIXES)}.")
+    paths = _image_files(images)
+    report = reporter(output.progress, "reading", "images")
+    curves, names, notes, failed = [], [], [], []
+    for done, path in enumerate(paths, start=1):
+        try:
+            found = read_outlines(path, samples, smoothing, each)
+        except ValueError as problem:
+            failed.append(Failure(path.name, str(problem)))
+        else:
+            curves += list(found.curves)
+            names += found.names
+            notes += found.notes
+        report(done, len(paths))
+    for note in notes:
+        output.note(note)
+    report_failures(failed, len(curves), output)
+    with writing(out):
+        write_curves(out, curves, names)
+    seconds = time.perf_counter() - started
+    failures = [dataclasses.asdict(failure) for failure in failed]
+    output.result(
+        f"{len(curves)} outlines of {len(paths)} images in {out} ({seconds:.1f} s)",
+        {"out": str(out), "outlines": names, "notes": notes, "failed": failures, "seconds": seconds},
+    )
+    return SOME_FAILED if failed and strict else 0
+
+
+def make_mean(
+    path: Path, out: Path, groups: Path | None, samples: int | None, permutations: int, output: Output
+) -> int:
+    """Curves to their mean, scores, tests and pictures, in a folder that appears when all of it is there."""
+    started = time.perf_counter()
+    read = read_curves(path)
+    labels = None if groups is None else match_labels(read.names, read_labels(groups), groups)
+    curves = read.array(samples)
+    mean = karcher_mean(curves, progress=output.progress)
+    components = TangentPCA.fit(mean)
+    scores = components.scores(mean)
+    tests = {} if labels is None else _tests(curves, labels, permutations, output)
+    with writing(out), replacing(out) as folder:
+        folder.mkdir()
+        _write(folder, mean, components, scores, read.names, labels)
+    result = {
+        "out": str(out),
+        "curves": len(curves),
+        "variance": float(mean.variance),
+        "gradient": float(mean.gradient),
+        "converged": bool(mean.converged),
+        "explained": components.explained.tolist(),
+        "tests": tests,
+        "seconds": time.perf_counter() - started,
+    }
+    if not mean.converged:
+        output.note(f"the descent stopped at a gradient of {float(mean.gradient):.1e} radians")
+    shares = ", ".join(f"{100 * share:.0f} %" for share in components.explained[:_SHOWN])
+    said = "".join(f"; {name}: p = {test['p']:.4f}" for name, test in tests.items())
+    output.result(
+        f"the mean of {len(curves)} curves is in {out}: variance {float(mean.variance):.4g}, components {shares}{said} "
+        f"({result['seconds']:.1f} s)",
+        result,
+    )
+    return 0
+
+
+def _image_files(inputs: Sequence[Path]) -> list[Path]:
+    """The images that the inputs stand for, folders opened, sorted within."""
+    found: list[Path] = []
+    for path in inputs:
+        if path.is_dir():
+            found += [p for p in sorted(path.iterdir()) if p.suffix.lower() in IMAGE_SUFFIXES]
+        else:
+            found.append(path)
+    if not found:
+        raise ValueError(f"no images ({', '.join(IMAGE_SUFFIXES)}) in {', '.join(str(path) for path in inputs)}")
+    return found
+
+
+def _tests(curves: np.ndarray, labels: list[str], permutations: int, output: Output) -> dict[str, dict[str, float]]:
+    matrix = distance_matrix(curves, progress=output.progress)
+    found = {
+        "energy": energy_test(matrix, labels, permutations),
+        "variance": variance_test(matrix, labels, permutations),
+    }
+    return {name: {"statistic": test.statistic, "p": test.p} for name, test in found.items()}
+
+
+def _write(folder: Path, mean, components: TangentPCA, scores: np.ndarray, names, labels: list[str] | None) -> None:
+    write_curves(folder / "mean.npz", mean.curve[None], ["mean"])
+    write_curves(folder / "aligned.npz", mean.aligned, names)
+    with (folder / "scores.csv").open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(
+            ["curve", *([] if labels is None else ["group"]), *(f"PC{i + 1}" for i in range(scores.shape[1]))]
+        )
+        for index, (name, row) in enumerate(zip(names, scores, strict=True)):
+            rows.writerow([name, *([] if labels is None else [labels[index]]), *(f"{x:.7g}" for x in row)])
+    shown = min(_SHOWN, len(components.deviations))
+    if mean.curve.shape[0] <= 3:
+        mean_picture(mean.curve, mean.aligned, folder / "mean.png")
+        titles = [f"PC{i + 1}, {100 * components.explained[i]:.0f} %" for i in range(shown)]
+        components_picture(np.stack([components.along(i) for i in range(shown)]), folder / "components.png", titles)
+    scores_picture(scores, folder / "scores.png", labels)

@@ -1,0 +1,40 @@
+"""Image files to outlines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from .._optional import require
+from ._masks import Outlines, outlines_of
+
+IMAGE_SUFFIXES = (".png", ".tif", ".tiff")
+_MOST_PIXELS = 10**8
+
+
+def read_outlines(path: str | Path, n: int = 100, smoothing: float = 1.0, each: bool = False) -> Outlines:
+    """The outlines of an image file, PNG or TIFF, as `outlines_of`; they are named after the file.
+
+    Raises `ValueError` for a file that is no image of that kind or has more than 10^8 pixels, and as `outlines_of`,
+    with the file's name; `ImportError` without scikit-image (the extra `outlines`)."""
+    path = Path(path)
+    try:
+        return outlines_of(_pixels(path), n, smoothing, each, path.stem)
+    except ValueError as problem:
+        text = str(problem)
+        raise ValueError(text if path.stem in text else f"{path}: {text}") from None
+
+
+def _pixels(path: Path) -> np.ndarray:
+    if path.suffix.lower() not in IMAGE_SUFFIXES:
+        raise ValueError(f"{path}: no image of a kind that is read; known are {', '.join(IMAGE_SUFFIXES)}.")
+    image = require("PIL.Image", "outlines", "reading images")
+    try:
+        with image.open(path, formats=("PNG", "TIFF")) as opened:
+            if opened.width * opened.height > _MOST_PIXELS:
+                raise ValueError(f"it has {opened.width} x {opened.height} pixels; {_MOST_PIXELS} are the most.")
+            return np.asarray(opened)
+    except (OSError, SyntaxError, image.DecompressionBombError) as problem:
+        reason = problem.strerror if isinstance(problem, OSError) and problem.strerror else "it is no PNG or TIFF image"
+        raise ValueError(f"{path}: cannot be read ({reason}).") from None

@@ -1,0 +1,23 @@
+"""What the statistics' tests share: leaves, their mean, and compiled alignments."""
+
+import jax
+import pytest
+
+from curvematch_jax.datasets import leaves
+from curvematch_jax.statistics import karcher_mean
+
+
+@pytest.fixture(name="compiled", scope="package", autouse=True)
+def fixture_compiled():
+    yield
+    jax.clear_caches()
+
+
+@pytest.fixture(name="made", scope="package")
+def fixture_made():
+    return leaves(24, seed=3, apart=0.2)
+
+
+@pytest.fixture(name="mean", scope="package")
+def fixture_mean(made):
+    return karcher_mean(made.curves)

@@ -1,0 +1,94 @@
+"""Components: scores there and back, closed curves at any scores, known components found."""
+
+import jax
+import numpy as np
+import pytest
+
+from curvematch_jax import elastic_distance
+from curvematch_jax.datasets import leaves
+from curvematch_jax.statistics import TangentPCA, karcher_mean
+from curvematch_jax.statistics._tangent import exp
+
+
+def closure(q):
+    return np.abs(np.mean(q * np.linalg.norm(q, axis=-2, keepdims=True), axis=-1)).max()
+
+
+def test_all_scores_give_back_the_aligned_srvfs(mean):
+    components = TangentPCA.fit(mean)
+    scores = components.scores(mean)
+    rebuilt = components.srvfs(scores)
+    base = np.broadcast_to(mean.srvf, mean.tangents.shape)
+    aligned = np.asarray(exp(base, np.asarray(mean.tangents)))
+    assert np.sqrt(np.mean(np.sum((rebuilt - aligned) ** 2, axis=1), axis=1)).max() < 1e-5
+    assert np.allclose(np.sum(scores**2, axis=1), mean.distances**2, rtol=0.02)
+    assert components.explained.sum() == pytest.approx(1, abs=1e-6)
+    assert np.allclose(np.sqrt(np.mean(scores**2, axis=0)), components.deviations, rtol=1e-3, atol=1e-5)
+
+
+def test_curves_at_any_scores_are_closed(mean):
+    components = TangentPCA.fit(mean)
+    for size in (0.1, 1, 5, 40):
+        scores = size * np.random.default_rng(1).normal(size=(3, len(components.deviations)))
+        assert closure(components.srvfs(scores)) < 1e-6
+    assert components.inverse_transform(np.zeros((2, 1))).shape == (2, 2, 100)
+    assert np.allclose(components.inverse_transform(np.zeros(1)), mean.curve, atol=1e-4)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_known_components_are_found(d):
+    made = leaves(40, seed=2, d=d)
+    mean = karcher_mean(made.curves)
+    found = TangentPCA.fit(mean, 2).scores(mean)
+    for k in range(2):
+        assert abs(np.corrcoef(found[:, k], made.scores[:, k])[0, 1]) > 0.98
+    assert float(elastic_distance(mean.curve, made.mean.astype(np.float32))) < 0.04
+
+
+def test_other_curves_get_the_scores_of_their_shape(made, mean):
+    components = TangentPCA.fit(mean, 2)
+    assert np.abs(components.transform(made.curves[:5]) - components.scores(mean)[:5]).max() < 0.03
+
+
+def test_size_is_one_more_coordinate(made, mean):
+    components = TangentPCA.fit(mean, size=0.5)
+    back = components.inverse_transform(components.scores(mean))
+    lengths = np.sum(np.linalg.norm(np.diff(back, axis=2, append=back[..., :1]), axis=1), axis=1)
+    assert np.allclose(lengths / mean.lengths, 1, atol=0.03)
+
+
+def test_samples_vary_as_the_curves_do(mean):
+    components = TangentPCA.fit(mean, 2)
+    made = components.sample(jax.random.key(0), 200)
+    assert made.shape == (200, 2, 100)
+    assert np.all(np.isfinite(made))
+
+
+def test_transport_keeps_lengths_and_angles(mean):
+    components = TangentPCA.fit(mean, 3)
+    other = karcher_mean(leaves(8, seed=9, apart=0.3).curves)
+    moved = components.transported(other)
+    gram = np.einsum("cdn,edn->ce", moved.components, moved.components) / moved.components.shape[-1]
+    assert np.abs(gram - np.eye(3)).max() < 0.1
+    assert closure(moved.srvfs(np.ones((1, 3)))) < 1e-6
+
+
+def test_components_do_not_depend_on_order(made, mean):
+    order = np.random.default_rng(2).permutation(24)
+    again = karcher_mean(made.curves[order])
+    first, second = TangentPCA.fit(mean, 2), TangentPCA.fit(again, 2)
+    assert np.allclose(first.scores(mean)[order], second.scores(again), atol=1e-4)
+
+
+def test_bad_input_gets_a_sentence(made, mean):
+    components = TangentPCA.fit(mean, 2)
+    with pytest.raises(ValueError, match="do not vary"):
+        TangentPCA.fit(karcher_mean(np.stack([made.curves[0]] * 2)))
+    with pytest.raises(ValueError, match="have 1 to"):
+        TangentPCA.fit(mean, 100)
+    with pytest.raises(ValueError, match="finite numbers, 2 or fewer"):
+        components.inverse_transform(np.ones((1, 3)))
+    with pytest.raises(ValueError, match="component = 2"):
+        components.along(2)
+    with pytest.raises(ValueError, match="dimensions"):
+        components.transform(leaves(2, d=3).curves)
