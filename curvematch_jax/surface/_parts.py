@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._clean import CleanReport, clean
+from ._clean import clean
 from ._features import Features, feature_points
 from ._fields import Distances, Field, check_field, curve_unit, distances_on
 from ._levels import LevelSets, follow, front_lengths
 from ._mesh import Mesh, MeshError
+from ._report import CleanReport
 from ._smooth import smooth
 from ._topology import Edges, edges, face_areas
 
