@@ -78,9 +78,9 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
 
     In order, and each only where it is needed: weld; drop degenerate and duplicate faces and unused vertices; cut
     non-manifold edges and bow-ties apart; orient consistently; keep the largest component by area (or, when that is
-    open, all patches that are open too, which are then joined); decimate a mesh of more than four times as many vertices
-    as wanted to twice as many; close holes; orient outwards; halve long edges, which leaves the surface exactly as it
-    is. A clean mesh comes back as it is. Deterministic, scale-free, and independent of where the mesh is.
+    open, all patches that are open too, which are then joined); decimate a mesh of more than four times as many
+    vertices as wanted to twice as many; close holes; orient outwards; halve long edges, which leaves the surface
+    exactly as it is. A clean mesh comes back as it is. Deterministic, scale-free, and independent of where the mesh is.
 
     The report says how far all of this moved the surface.
 

@@ -7,7 +7,7 @@ import numpy as np
 from ._clean import clean
 from ._features import Features, feature_points
 from ._fields import Distances, Field, check_field, curve_unit, distances_on
-from ._levels import LevelSets, follow, front_lengths
+from ._levels import LevelSets
 from ._mesh import Mesh, MeshError
 from ._report import CleanReport
 from ._smooth import smooth
@@ -171,17 +171,16 @@ def _part(
     mesh: Mesh, table: Edges, distance: np.ndarray, vertex: int, diameter: float, extraction: Extraction
 ) -> tuple[np.ndarray, ...]:
     relative = distance / diameter
-    values = extraction.radii
-    found = follow(LevelSets(mesh, relative, table), vertex, values, _DOMINANCE)
-    fronts = front_lengths(mesh, relative, values)
+    sets = LevelSets(mesh, relative, extraction.radii, table)
+    found = sets.follow(vertex, _DOMINANCE)
     curves = np.zeros((extraction.levels, 3, extraction.samples))
     lengths = np.zeros(extraction.levels)
     centres = np.zeros((extraction.levels, 3))
     mask = np.array([curve is not None for curve in found])
     for k, curve in enumerate(found):
         if curve is not None:
-            curves[k], lengths[k], centres[k] = normalise(curve, extraction.samples)
-    return curves, mask, lengths, fronts, centres, area_share(mesh, relative, extraction.radius)
+            curves[k], lengths[k], centres[k] = normalise(sets.polyline(curve), extraction.samples)
+    return curves, mask, lengths, sets.fronts, centres, area_share(mesh, relative, extraction.radius)
 
 
 def normalise(polyline: np.ndarray, samples: int) -> tuple[np.ndarray, float, np.ndarray]:

@@ -33,8 +33,12 @@ def smooth(mesh: Mesh, length: float) -> Mesh:
     mass = np.maximum(potpourri3d.vertex_areas(unit, mesh.faces), _LEAST_AREA)
     cotangents = potpourri3d.cotan_laplacian(unit, mesh.faces, denom_eps=_LEAST_AREA)
     energy = cotangents @ sp.diags_array(1 / mass) @ cotangents
-    solve = scipy.sparse.linalg.factorized((sp.diags_array(mass) + length**4 * energy).tocsc())
-    moved = np.stack([solve(mass * column) for column in unit.T], axis=1)
+    matrix = (sp.diags_array(mass) + length**4 * energy).tocsc()
+    # Symmetric and positive: an ordering for such matrices, and no pivoting, take half of the time.
+    factors = scipy.sparse.linalg.splu(
+        matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
+    moved = factors.solve(mass[:, None] * unit)
     if not np.isfinite(moved).all():
         return mesh
     return Mesh(moved * size + centre, mesh.faces, mesh.name)

@@ -13,7 +13,7 @@ import trimesh
 from surface.shapes import cube, joined, limbed, moved, sphere
 
 from curvematch_jax.surface import Extraction, Mesh, MeshError, clean, extract_parts, load_mesh
-from curvematch_jax.surface._levels import front_lengths
+from curvematch_jax.surface._levels import LevelSets
 from curvematch_jax.surface._mesh import MeshIndexError
 
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
@@ -357,4 +357,4 @@ def test_a_cloud_of_torn_triangles_ends_in_parts_or_one_sentence(seed):
 def test_fronts_pass_by_faces_that_are_level():
     mesh = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]), np.array([[0, 1, 2], [1, 3, 2]]))
     level = np.array([0.0, 1, 1, 1])
-    np.testing.assert_allclose(front_lengths(mesh, level, np.array([0.5])), [np.sqrt(0.5)])
+    np.testing.assert_allclose(LevelSets(mesh, level, np.array([0.5])).fronts, [np.sqrt(0.5)])
