@@ -5,25 +5,26 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import jax
 import numpy as np
 
 import curvematch_jax as cm
 
-PRESETS = {"rigid": cm.Aligner.rigid(), "fast": cm.Aligner.fast(), "accurate": cm.Aligner.accurate()}
+PRESETS: dict[str, cm.Aligner] = {name: getattr(cm.Aligner, name)() for name in ("rigid", "fast", "accurate")}
 _MODES = 5
 _DENSE = 16  # points to a sample, where arc length is measured
 _LEAST_SECONDS = 0.05  # of calls, for one reading of the clock
 
 
-def fourier_curves(seed: int, count: int, n: int = 100) -> np.ndarray:
-    """Random closed curves `(count, 3, n)` of five Fourier modes in float32, sampled by arc length.
+def fourier_curves(seed: int, count: int, n: int = 100, d: int = 3) -> np.ndarray:
+    """Random closed curves `(count, d, n)` of five Fourier modes in float32, sampled by arc length.
 
     In numpy, curve by curve: neither first calls nor peaks of memory are touched.
     """
     random = np.random.default_rng(seed)
-    coefficients = random.normal(size=(count, 2, 3, _MODES)) / np.arange(1, _MODES + 1)
+    coefficients = random.normal(size=(count, 2, d, _MODES)) / np.arange(1, _MODES + 1)
     return np.stack([_fourier_curve(cosines, sines, n) for cosines, sines in coefficients]).astype(np.float32)
 
 
@@ -63,6 +64,15 @@ def _seconds(call: Callable[[], object]) -> float:
     start = time.perf_counter()
     call()
     return time.perf_counter() - start
+
+
+def rounded(results: Any) -> Any:
+    """Five digits are more than there is in a time."""
+    if isinstance(results, dict):
+        return {key: rounded(value) for key, value in results.items()}
+    if isinstance(results, list):
+        return [rounded(value) for value in results]
+    return float(f"{results:.5g}") if isinstance(results, float) else results
 
 
 def say(text: str) -> None:

@@ -131,7 +131,8 @@ def _zipped(members: dict[str, bytes], data: bytes, kind: int) -> bytes:
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", compression=kind) as archive, zipfile.ZipFile(io.BytesIO(data)) as original:
         for name, content in members.items():
-            archive.writestr(name, content)
+            # Without the time, so that a case is the same bytes whenever it is made.
+            archive.writestr(zipfile.ZipInfo(name), content, compress_type=kind)
         archive.comment = original.comment
     return resealed(file.getvalue())
 

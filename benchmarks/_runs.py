@@ -1,38 +1,38 @@
 """Runs in processes of their own: there a first call is a first call, and the peak of memory is that of one run.
 
-    python benchmarks/_runs.py '{"preset": "rigid", "side": 32}'
+    python benchmarks/_runs.py '{"task": "Matrix", "preset": "rigid", "side": 32}'
 
-Memory is what Linux says of the process (`VmHWM`, set back after the first call); `ru_maxrss` would not do, since a
-process inherits its parent's peak there.
+They use what engines of all times have, so that the same runs measure the package of another commit. Memory is what
+Linux says of the process (`VmHWM`, set back after the first call); `ru_maxrss` would not do, since a process inherits
+its parent's peak there.
 """
 
 import dataclasses
-import functools as ft
 import json
-import os
 import re
-import subprocess
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import jax
 import numpy as np
+from _baseline import output_of
 from _measure import PRESETS, fourier_curves, least_seconds, say
 
 import curvematch_jax as cm
 from curvematch_jax._optional import require
 
 CALLS = ("align", "distance_matrix")
-LIMITS = {"cold": 20.0, "warm": 3.0}  # seconds of a first call
+NEW_CALLS = ("elastic_distance", "resample", "distance_matrix")
+LIMITS = {"cold": 6.0, "warm": 3.0}  # seconds of a first call
 _FEW = 4  # curves on each side in the first call: more than fit into the small chunk of `align`
 _LINES = {"rigid": ("#555555", "--", "s"), "fast": ("#2b6cb0", "-", "o"), "accurate": ("#d7301f", ":", "^")}
 
 
 @dataclass(frozen=True)
-class Run:
+class Matrix:
     """Align `side^2` pairs of curves of n samples: all of a matrix, or as many pairs with curves of their own."""
 
     preset: str
@@ -42,11 +42,8 @@ class Run:
 
     def measured(self) -> dict[str, float]:
         """In this process, which has called nothing yet: seconds and bytes of the first, small call, and of the run."""
-        few = self._operands(min(_FEW, self.side))
-        many = self._operands(self.side)
-        start = time.perf_counter()
-        self._align(*few)
-        first_seconds = time.perf_counter() - start
+        few, many = self._operands(min(_FEW, self.side)), self._operands(self.side)
+        first_seconds = _seconds(lambda: self._align(*few))
         first_peak = resident_bytes("VmHWM")
         forget_peak()
         before = resident_bytes("VmRSS")
@@ -62,15 +59,6 @@ class Run:
             "first_call_peak_bytes": first_peak,
         }
 
-    def elsewhere(self, cache: Path) -> dict[str, float]:
-        """In a new process, which finds and leaves compiled code in a folder."""
-        settings = {"JAX_COMPILATION_CACHE_DIR": str(cache), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0"}
-        command = [sys.executable, __file__, json.dumps(dataclasses.asdict(self))]
-        done = subprocess.run(command, env=os.environ | settings, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise RuntimeError(f"{self} failed:\n{done.stderr}")
-        return json.loads(done.stdout)
-
     def _operands(self, side: int):
         count = side if self.call == "distance_matrix" else side**2
         return fourier_curves(0, count, self.n), fourier_curves(1, count, self.n)
@@ -79,41 +67,104 @@ class Run:
         jax.block_until_ready(getattr(cm, self.call)(first, second, PRESETS[self.preset]))
 
 
-def first_calls(presets: Iterable[str], cache: Path) -> dict:
+@dataclass(frozen=True)
+class NewSamples:
+    """A call with a number of samples that it has not met yet, after others in the same dimension."""
+
+    call: str
+    samples: tuple[int, ...] = (100, 73, 128, 301)
+    dimension: int = 3
+
+    def measured(self) -> dict:
+        """Seconds of the very first call, and of the first with each other number of samples."""
+        curves = {n: fourier_curves(0, _FEW, n, self.dimension) for n in self.samples}
+        first, *others = (_seconds(lambda c=c: jax.block_until_ready(self._call(c))) for c in curves.values())
+        return {"first_seconds": first, "seconds": dict(zip(map(str, self.samples[1:]), others, strict=True))}
+
+    def _call(self, curves: np.ndarray):
+        if self.call == "resample":
+            return cm.resample(curves, 100)
+        return getattr(cm, self.call)(curves, curves[::-1], PRESETS["fast"])
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """Outlines, each of a length of its own, brought to 100 samples one by one."""
+
+    count: int = 40
+
+    def measured(self) -> dict[str, float]:
+        outlines = [fourier_curves(k, 1, 100 + 17 * k, 2)[0] for k in range(self.count)]
+        jax.block_until_ready(jax.numpy.zeros(1))
+        forget_peak()
+        before = resident_bytes("VmRSS")
+        seconds = _seconds(lambda: [jax.block_until_ready(cm.resample(outline, 100)) for outline in outlines])
+        return {"outlines": self.count, "seconds": seconds, "added_bytes": resident_bytes("VmHWM") - before}
+
+
+@dataclass(frozen=True)
+class Engine:
+    """An engine, this one or that of another package, and the folder of its compiled code."""
+
+    cache: Path
+    package: Path | None = None
+
+    def run(self, task: Matrix | NewSamples | Lengths) -> dict:
+        """In a new process, which finds and leaves compiled code in a folder of this preset and call."""
+        kind, facts = type(task).__name__, dataclasses.asdict(task)
+        folder = self.cache / kind / facts.get("preset", "") / facts.get("call", "")
+        settings = {"JAX_COMPILATION_CACHE_DIR": str(folder), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0"}
+        return output_of(__file__, [json.dumps({"task": kind} | facts)], self.package, **settings)
+
+
+def first_calls(engine: Engine, presets: Iterable[str]) -> dict:
     """Seconds of the first call in a new process: with an empty folder of compiled code, and with the one it filled."""
     report = {}
     for preset in presets:
         for call in CALLS:
-            run, folder = Run(preset, _FEW, call=call), cache / preset / call
-            seconds = {heat: run.elsewhere(folder)["first_call_seconds"] for heat in LIMITS}
+            run = Matrix(preset, _FEW, call=call)
+            seconds = {heat: engine.run(run)["first_call_seconds"] for heat in LIMITS}
             say(f"first {call}, {preset}: {seconds['cold']:.1f} s cold, {seconds['warm']:.1f} s warm")
             within = all(seconds[heat] <= limit for heat, limit in LIMITS.items())
-            report.setdefault(preset, {})[call] = seconds | {"within_limits": within}
+            named = {f"{heat}_seconds": value for heat, value in seconds.items()}
+            report.setdefault(preset, {})[call] = named | {"within_limits": within}
     return report
 
 
-def against_pairs(sides: dict[str, tuple[int, ...]], cache: Path) -> dict[str, list]:
-    """Matrices of `side^2` pairs, by preset. Nothing is compiled in these processes: that would be the peak of most."""
-    return {preset: [_run(Run(preset, side), cache) for side in row] for preset, row in sides.items()}
+def speeds(engine: Engine, sides: dict[str, int]) -> dict:
+    """Pairs a second, compiled already: of pairs of curves, and of a matrix of as many pairs."""
+    report = {}
+    for preset, side in sides.items():
+        found = {call: engine.run(Matrix(preset, side, call=call))["pairs_per_second"] for call in CALLS}
+        say(f"{preset}: " + ", ".join(f"{call} {rate:.0f} pairs a second" for call, rate in found.items()))
+        report[preset] = {f"{call}_pairs_per_second": rate for call, rate in found.items()}
+    return report
 
 
-def against_samples(samples: tuple[int, ...], side: int, cache: Path) -> list:
+def new_samples(engine: Engine, samples: tuple[int, ...]) -> dict:
+    """Seconds of calls with a new number of samples, after the first call of that dimension."""
+    report = {call: engine.run(NewSamples(call, samples)) for call in NEW_CALLS}
+    say("new numbers of samples: " + ", ".join(f"{k} {max(v['seconds'].values()):.2f} s" for k, v in report.items()))
+    return report
+
+
+def against_pairs(engine: Engine, sides: dict[str, tuple[int, ...]]) -> dict[str, list]:
+    """Matrices of `side^2` pairs, by preset."""
+    return {preset: [_compiled(engine, Matrix(preset, side)) for side in row] for preset, row in sides.items()}
+
+
+def against_samples(engine: Engine, samples: tuple[int, ...], side: int) -> list:
     """Matrices of curves of n samples."""
-    return [_run(Run("fast", side, n), cache) for n in samples]
+    return [_compiled(engine, Matrix("fast", side, n)) for n in samples]
 
 
-def _run(run: Run, cache: Path) -> dict[str, float]:
-    folder = cache / run.preset / run.call
-    _compile(dataclasses.replace(run, side=_FEW), folder)
-    found = run.elsewhere(folder)
+def _compiled(engine: Engine, run: Matrix) -> dict[str, float]:
+    """In a process where nothing is compiled: that would be the peak of most."""
+    engine.run(dataclasses.replace(run, side=_FEW))
+    found = engine.run(run)
     say(f"{run.preset}, {found['pairs']:.0f} pairs, n = {run.n}: {found['seconds']:.2f} s, "
         f"{found['peak_bytes'] / 2**20:.0f} MiB")  # fmt: skip
     return found
-
-
-@ft.cache
-def _compile(run: Run, cache: Path) -> None:
-    run.elsewhere(cache)
 
 
 def picture(pairs: dict[str, list], samples: list, path: Path) -> None:
@@ -146,6 +197,12 @@ def _line(axes, rows: list, x: str, y: str, preset: str, scale: float = 1) -> No
     axes.loglog([row[x] for row in rows], values, color=colour, linestyle=dashes, marker=marker, label=preset)
 
 
+def _seconds(call: Callable[[], object]) -> float:
+    start = time.perf_counter()
+    call()
+    return time.perf_counter() - start
+
+
 def resident_bytes(key: str) -> int:
     """`VmRSS`, what is in memory now, or `VmHWM`, the most that ever was."""
     (kibibytes,) = re.findall(rf"^{key}:\s*(\d+) kB$", Path("/proc/self/status").read_text(), re.MULTILINE)
@@ -158,4 +215,6 @@ def forget_peak() -> None:
 
 
 if __name__ == "__main__":
-    print(json.dumps(Run(**json.loads(sys.argv[1])).measured()))
+    given = json.loads(sys.argv[1])
+    tasks = {"Matrix": Matrix, "NewSamples": NewSamples, "Lengths": Lengths}
+    print(json.dumps(tasks[given.pop("task")](**given).measured()))

@@ -1,20 +1,24 @@
-"""Speed and quality of the engine: what bounds it, how it grows, and fdasrsf on the same pairs in the same run.
+"""Speed and quality of the engine: what bounds it, how it grows, and others on the same pairs in the same run.
 
-    python benchmarks/engine.py [--quick | --full] [--out FILE.json] [--picture FILE.png]
+    python benchmarks/engine.py [--quick | --full] [--baseline COMMIT] [--out FILE.json] [--picture FILE.png]
 
 JSON on stdout, progress on stderr. The curves are random closed curves of five Fourier modes in R^3, 100 samples by arc
 length.
 
-    roofs        a matrix product, a copy, and reads from a table: what the machine reaches at best
-    presets      pairs a second of `align` and `distance_matrix`; microseconds, operations and reads a pair of each
-                 stage, beside the roofs; which stage bounds the preset; updates a second of dynamic programming
+    first_calls  seconds of a first call in a new process, without compiled code on disk and with it
+    speeds       pairs a second of `align` and `distance_matrix`, by preset
+    new_samples  seconds of a first call, and then of calls with other numbers of samples, in one process
+    lengths      40 outlines of 40 lengths through `resample`, in a new process: seconds, and bytes beyond those before
+    stages       microseconds a pair of each stage of a preset, and which stage bounds it
     geodesics    closed geodesics a second, from aligned pairs
     peer         fdasrsf (closed curves, rotation, its default dynamic programming): its speed, and its distances
                  beside ours; install it with the `test` extra
-    first_calls  seconds of a first call in a new process, without compiled code on disk and with it
     scaling      seconds and peak memory against the number of pairs, and against samples
+    baseline     with `--baseline`: the first four of these of the package of another commit, from a temporary checkout,
+                 each right after ours; `times_faster` is how many times as fast ours are. The last commit of the first
+                 engine is 7435b05
 
-It takes some minutes; `--quick` about one, without `accurate` and with figures that are only good for a look.
+It takes some minutes; `--quick` about two, without `accurate` and with figures that are only good for a look.
 """
 
 import argparse
@@ -24,23 +28,23 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from _measure import PRESETS, fourier_curves, least_seconds, say
+from _baseline import checkout
+from _measure import PRESETS, fourier_curves, least_seconds, rounded, say
 from _record import machine, versions, write
-from _runs import against_pairs, against_samples, first_calls, picture
-from _stages import measured_roofs, stages
+from _runs import Engine, Lengths, against_pairs, against_samples, first_calls, new_samples, picture, speeds
+from _stages import stages
 
 import curvematch_jax as cm
-from curvematch_jax.elastic import aligned_srvf, project_closed, to_srvf
-from curvematch_jax.elastic._geodesic import straighten
-from curvematch_jax.elastic._preshape import great_circle
+from curvematch_jax.elastic._geodesic import joined, straighten
+from curvematch_jax.elastic._matched import srvfs_along
 
-_SLOW = 8  # the share of the pairs that `accurate` gets
 _GEODESIC_STEPS = 6
 
 
@@ -49,21 +53,19 @@ class Plan:
     """How much is measured.
 
     Attributes:
-        presets: measured one by one, first calls included.
-        pairs: of curves, for the speed of the presets.
+        speeds: by preset, pairs in each direction: the square is aligned.
         peer_pairs: given to fdasrsf.
         geodesics: in one batch.
-        copied: float32 numbers, for the speed of a copy.
+        new: numbers of samples one after the other.
         sides: curves on either side of the matrices that show scaling, by preset.
         samples: n of the curves that show scaling.
         samples_side: curves on either side of the matrices with these.
     """
 
-    presets: tuple[str, ...] = tuple(PRESETS)
-    pairs: int = 4096
+    speeds: tuple[tuple[str, int], ...] = (("rigid", 64), ("fast", 64), ("accurate", 32))
     peer_pairs: int = 8
     geodesics: int = 256
-    copied: int = 2**26
+    new: tuple[int, ...] = (100, 73, 128, 301)
     sides: tuple[tuple[str, tuple[int, ...]], ...] = (("rigid", (32, 100, 316, 1000)), ("fast", (32, 100, 316)))
     samples: tuple[int, ...] = (50, 100, 200, 400)
     samples_side: int = 32
@@ -71,7 +73,7 @@ class Plan:
     @classmethod
     def quick(cls) -> "Plan":
         sides = ("rigid", (32, 100)), ("fast", (16, 32))
-        return cls(("rigid", "fast"), 512, 1, 32, 2**24, sides, samples=(50, 100), samples_side=16)
+        return cls((("rigid", 24), ("fast", 24)), 1, 32, (100, 73), sides, samples=(50, 100), samples_side=16)
 
     @classmethod
     def full(cls) -> "Plan":
@@ -81,13 +83,14 @@ class Plan:
 def main() -> None:
     parser = argparse.ArgumentParser(description="Speed and quality of the engine.")
     much = parser.add_mutually_exclusive_group()
-    much.add_argument("--quick", action="store_const", dest="plan", const=Plan.quick(), help="about a minute")
+    much.add_argument("--quick", action="store_const", dest="plan", const=Plan.quick(), help="about two minutes")
     much.add_argument("--full", action="store_const", dest="plan", const=Plan.full(), help="a million fast pairs too")
+    parser.add_argument("--baseline", metavar="COMMIT", help="whose package is measured as well; the first: 7435b05")
     parser.add_argument("--out", type=Path, metavar="FILE.json")
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="of the scaling")
     parser.set_defaults(plan=Plan())
     options = parser.parse_args()
-    results = report(options.plan)
+    results = report(options.plan, options.baseline)
     print(json.dumps(rounded(results), indent=1, allow_nan=False))
     if options.out:
         write(options.out, rounded(results))
@@ -96,69 +99,83 @@ def main() -> None:
         picture(results["scaling"]["pairs"], results["scaling"]["samples"], options.picture)
 
 
-def report(plan: Plan) -> dict:
+def report(plan: Plan, baseline: str | None) -> dict:
     """Everything there is to say about the engine."""
-    first, second = fourier_curves(0, plan.pairs), fourier_curves(1, plan.pairs)
-    say("roofs")
-    results: dict = {
-        "versions": versions("fdasrsf"),
-        "machine": machine() | {"of": os.cpu_count()},
-        "pairs": plan.pairs,
-        "roofs": measured_roofs(floats=plan.copied),
-        "presets": {},
-    }
-    for name in plan.presets:
-        aligner = PRESETS[name]
-        say(f"{name}: speed and stages")
-        count = plan.pairs if name != "accurate" else plan.pairs // _SLOW
-        speeds = speed(first[:count], second[:count], aligner)
-        results["presets"][name] = speeds | stages(aligner, first, second, results["roofs"])
-    say("geodesics")
-    results["geodesics"] = geodesics(first[: plan.geodesics], second[: plan.geodesics], PRESETS["fast"])
-    if plan.peer_pairs:
-        say("fdasrsf")
-        few = slice(plan.peer_pairs)
-        results["peer"] = beside_fdasrsf(first[few], second[few], results["presets"])
+    device = jax.devices()[0].device_kind
+    results: dict = {"versions": versions("fdasrsf"), "machine": machine() | {"of": os.cpu_count(), "device": device}}
     with tempfile.TemporaryDirectory() as folder:
-        cache = Path(folder)
-        results["first_calls"] = first_calls(plan.presets, cache)
+        engine = Engine(Path(folder) / "engine")
+        with checkout(baseline) if baseline else nullcontext() as package:
+            other = Engine(Path(folder) / "baseline", package) if package else None
+            results |= beside(plan, engine, other)
+        if baseline:
+            results["baseline"]["commit"] = baseline
+        results |= here(plan, results["speeds"])
         results["scaling"] = {
-            "pairs": against_pairs(dict(plan.sides), cache),
-            "samples": against_samples(plan.samples, plan.samples_side, cache),
+            "pairs": against_pairs(engine, dict(plan.sides)),
+            "samples": against_samples(engine, plan.samples, plan.samples_side),
         }
     return results
 
 
-def rounded(results):
-    """Five digits are more than there is in a time."""
-    if isinstance(results, dict):
-        return {key: rounded(value) for key, value in results.items()}
-    if isinstance(results, list):
-        return [rounded(value) for value in results]
-    return float(f"{results:.5g}") if isinstance(results, float) else results
+def beside(plan: Plan, engine: Engine, other: Engine | None) -> dict:
+    """What is measured of both engines, in turn."""
+    presets = dict(plan.speeds)
+    sections: dict[str, Callable[[Engine], dict]] = {
+        "first_calls": lambda engine: first_calls(engine, presets),
+        "speeds": lambda engine: speeds(engine, presets),
+        "new_samples": lambda engine: new_samples(engine, plan.new),
+        "lengths": lambda engine: engine.run(Lengths()),
+    }
+    ours, theirs = {}, {}
+    for name, section in sections.items():
+        say(name)
+        ours[name] = section(engine)
+        if other:
+            say(f"{name}, baseline")
+            theirs[name] = section(other)
+    return ours | ({"baseline": theirs | {"times_faster": times_faster(ours, theirs)}} if other else {})
 
 
-def speed(first: np.ndarray, second: np.ndarray, aligner: cm.Aligner) -> dict[str, float]:
-    """Pairs a second, compiled already: of pairs of curves, and of a matrix of about as many pairs."""
-    side = int(len(first) ** 0.5)
-    align = lambda: jax.block_until_ready(cm.align(first, second, aligner))  # noqa: E731
-    matrix = lambda: cm.distance_matrix(first[:side], second[:side], aligner)  # noqa: E731
-    rates = {}
-    for name, call, count in (("align", align, len(first)), ("distance_matrix", matrix, side * side)):
-        call()
-        rates[f"{name}_pairs_per_second"] = count / least_seconds(call)
-    return rates
+def times_faster(ours: dict, theirs: dict, timed: bool = False) -> dict:
+    """Rates of ours over theirs, and seconds of theirs over ours, where both have them."""
+    ratios = {}
+    for key in ours.keys() & theirs.keys():
+        mine, other = ours[key], theirs[key]
+        if isinstance(mine, dict):
+            ratios[key] = times_faster(mine, other, key == "seconds")
+        elif key.endswith("per_second"):
+            ratios[key] = mine / other
+        elif timed or key.endswith("seconds"):
+            ratios[key] = other / mine
+    return {key: ratios[key] for key in ours if key in ratios}
+
+
+def here(plan: Plan, speeds: dict) -> dict:
+    """What is measured in this process."""
+    most = max(plan.geodesics, plan.peer_pairs, *(aligner.chunk for aligner in PRESETS.values()))
+    first, second = fourier_curves(0, most), fourier_curves(1, most)
+    found: dict = {"stages": {}}
+    for name in speeds:
+        say(f"{name}: stages")
+        found["stages"][name] = stages(PRESETS[name], first, second)
+    say("geodesics")
+    found["geodesics"] = geodesics(first[: plan.geodesics], second[: plan.geodesics], PRESETS["fast"])
+    if plan.peer_pairs:
+        say("fdasrsf")
+        found["peer"] = beside_fdasrsf(first[: plan.peer_pairs], second[: plan.peer_pairs], speeds)
+    return found
 
 
 def geodesics(first: np.ndarray, second: np.ndarray, aligner: cm.Aligner) -> dict[str, float]:
     """Closed geodesics a second in one batch of aligned pairs, with and without the path that is straightened."""
     found = cm.align(first, second, aligner)
-    q1, q2 = to_srvf(first), aligned_srvf(jnp.asarray(second), found.rotation, found.warp)
-    join = lambda: project_closed(great_circle(project_closed(q1), project_closed(q2), _GEODESIC_STEPS))  # noqa: E731
-    path = jax.block_until_ready(join())
+    q1, q2 = srvfs_along(jnp.asarray(first), jnp.asarray(second), found, 2 * first.shape[-1])
+    join = lambda: jax.block_until_ready(joined(q1, q2, _GEODESIC_STEPS))  # noqa: E731
+    path = join()
     bend = lambda: jax.block_until_ready(straighten(path))  # noqa: E731
     bend()
-    joining, bending = least_seconds(lambda: jax.block_until_ready(join())), least_seconds(bend)
+    joining, bending = least_seconds(join), least_seconds(bend)
     return {
         "batch": len(first),
         "steps": _GEODESIC_STEPS,
@@ -167,7 +184,7 @@ def geodesics(first: np.ndarray, second: np.ndarray, aligner: cm.Aligner) -> dic
     }
 
 
-def beside_fdasrsf(first: np.ndarray, second: np.ndarray, presets: dict) -> dict:
+def beside_fdasrsf(first: np.ndarray, second: np.ndarray, speeds: dict) -> dict:
     """fdasrsf on the same pairs: its speed, and how much larger its distances are."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -177,7 +194,7 @@ def beside_fdasrsf(first: np.ndarray, second: np.ndarray, presets: dict) -> dict
     theirs = np.array([distance_by(elastic_distance_curve, a, b) for a, b in zip(first, second, strict=True)])
     rate = len(first) / (time.perf_counter() - start)
     compared: dict = {"pairs": len(first), "pairs_per_second": rate}
-    for name, measured in presets.items():
+    for name, measured in speeds.items():
         ours = np.asarray(cm.align(first, second, PRESETS[name]).distance)
         compared[name] = {
             "times_faster": measured["align_pairs_per_second"] / rate,

@@ -25,12 +25,11 @@ from typing import Any
 
 import numpy as np
 from _generated import generated
-from _measure import say
+from _measure import rounded, say
 from _record import machine, versions, write
 from _runs import resident_bytes
-from engine import rounded
 
-from curvematch_jax import Aligner, Collection, Extraction, Matching, Parts, StoredParts, build_matrix, rank, save_parts
+from curvematch_jax import Collection, Extraction, Matching, Parts, Rigid, StoredParts, build_matrix, rank, save_parts
 from curvematch_jax._optional import require
 
 _MODELS = 5000
@@ -38,7 +37,7 @@ _QUERIES = 12
 _CASES = {"best_10": (100, 10), "best_20_classes_of_10": (500, 20), "whole_ranking": (100, None)}  # classes, top
 _COUNTS = (100, 316, 1000, 3162, 10000)
 _SMALL = Extraction(levels=1, samples=16)
-_SMALL_ALIGNER = Aligner(grid=16, seeds=4, slope=0, stages=(), table=4, chunk=2048)
+_SMALL_ALIGNER = Rigid(grid=16, measured=False, chunk=2048)
 
 
 def main() -> None:

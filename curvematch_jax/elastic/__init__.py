@@ -1,25 +1,31 @@
 """The engine: closed curves in, elastic distances, alignments and geodesics out."""
 
-from ._align import Alignment, align
-from ._aligner import Aligner, Stage
+from ._align import align
+from ._aligner import Aligner, Alignment, Round
 from ._batch import distance_matrix, pair_distances, tabulate
-from ._bound import least_distance, signatures
+from ._bound import bounded, least_distance, signatures
 from ._curve import centre, length, resample
 from ._distance import alignment_distance, elastic_distance
-from ._geodesic import Geodesic, aligned_srvf, geodesic, log_map
+from ._elastic import Elastic
+from ._geodesic import Geodesic, geodesic, log_map
+from ._matched import aligned_curve, matched_points, warp_onto
 from ._preshape import exp_map, parallel_transport, project_closed
+from ._rigid import Rigid
 from ._srvf import to_curve, to_srvf
-from ._tables import Tables
+from ._tabulated import Tables
 
 __all__ = [
     "Aligner",
     "Alignment",
+    "Elastic",
     "Geodesic",
-    "Stage",
+    "Rigid",
+    "Round",
     "Tables",
     "align",
-    "aligned_srvf",
+    "aligned_curve",
     "alignment_distance",
+    "bounded",
     "centre",
     "distance_matrix",
     "elastic_distance",
@@ -28,6 +34,7 @@ __all__ = [
     "least_distance",
     "length",
     "log_map",
+    "matched_points",
     "pair_distances",
     "parallel_transport",
     "project_closed",
@@ -36,4 +43,5 @@ __all__ = [
     "tabulate",
     "to_curve",
     "to_srvf",
+    "warp_onto",
 ]

@@ -1,90 +1,102 @@
-"""Settings of an alignment."""
+"""What aligns two curves: the interface, and the settings of the two that are here."""
 
+from __future__ import annotations
+
+import abc
 from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
 
-_LEAST = {"grid": 8, "seeds": 1, "slope": 0, "passes": 1, "table": 1, "fineness": 1, "chunk": 1}
-_LEAST_OF_STAGE = {"kept": 1, "steps": 0, "knots": 8, "nodes": 1}
+from jaxtyping import Array, Float
+
+from ._frame import AnyArray
 
 
-def _check_least(settings: object, least: dict[str, int]) -> None:
+class Alignment(NamedTuple):
+    """A path of two closed curves, and the distance that it achieves.
+
+    `q1(warp1) sqrt(warp1') ~ R q2(warp2) sqrt(warp2')`: at equal times the curves are matched. With the curves
+    exchanged, the warps are, and R is transposed. `alignment_distance` computes the distance anew.
+
+    Attributes:
+        rotation: `(*b, d, d)`, R in SO(d).
+        warp1, warp2: `(*b, m + 1)`, parameters of the two curves in turns at the times `k/m`: never falling, linear in
+            between, `warp[m] = warp[0] + 1`.
+        distance: `(*b,)`, radians.
+    """
+
+    rotation: Float[Array, "*b d d"]
+    warp1: Float[Array, "*b m+1"]
+    warp2: Float[Array, "*b m+1"]
+    distance: Float[Array, "*b"]
+
+
+class Aligner(abc.ABC):
+    """How curves are aligned. To write another one, make a frozen dataclass with these two functions.
+
+    Both are pure functions of JAX arrays, with whole batches on the first axis; instances are compared and hashed.
+
+    Attributes:
+        chunk: pairs computed at once.
+        warps: whether curves are reparametrised; their distance is then that of shapes, and has a gradient.
+    """
+
+    chunk: int
+    warps: ClassVar[bool] = True
+
+    @abc.abstractmethod
+    def tabulate(self, curve: Float[AnyArray, "b d n"]) -> Any:
+        """What `align` has to know of each curve, of a size near 1: arrays in any structure, `b` first."""
+
+    @abc.abstractmethod
+    def align(self, first: Any, second: Any) -> Alignment:
+        """The alignments of tabulated curves, pair by pair."""
+
+    def distance(self, first: Any, second: Any) -> Float[Array, " b"]:
+        """Their distances, for aligners that have them for less than the alignment."""
+        return self.align(first, second).distance
+
+    @staticmethod
+    def fast() -> Aligner:
+        """For matrices of many millions of pairs."""
+        from ._elastic import Elastic
+
+        return Elastic()
+
+    @staticmethod
+    def accurate() -> Aligner:
+        """The best alignment known, at about a seventh of the speed."""
+        from ._elastic import Elastic
+
+        return Elastic.accurate()
+
+    @staticmethod
+    def rigid() -> Aligner:
+        """Start point and rotation only, both curves by arc length: the least effort, and an upper bound."""
+        from ._rigid import Rigid
+
+        return Rigid()
+
+
+@dataclass(frozen=True)
+class Round:
+    """One round of dynamic programming.
+
+    Attributes:
+        paths: searched around, the best of those before; in the first round, start points.
+        nodes: rows of the grid.
+        width: of the strip on either side of a path, in steps of the smallest slope.
+        slopes: positive slopes; the largest is for one curve standing still.
+    """
+
+    paths: int
+    nodes: int
+    width: int = 8
+    slopes: int = 2
+
+
+def check_least(settings: object, least: dict[str, int]) -> None:
+    """`ValueError` for the first setting below its least value."""
     for name, value in least.items():
         if getattr(settings, name) < value:
-            raise ValueError(
-                f"{type(settings).__name__}.{name} = {getattr(settings, name)}: it has to be {value} or more."
-            )
-
-
-@dataclass(frozen=True)
-class Stage:
-    """One stage of refinement.
-
-    Attributes:
-        kept: alignments that are refined, the best of those before.
-        steps: Gauss-Newton steps.
-        knots: pieces of the path, linear each.
-        nodes: quadrature nodes to a piece.
-    """
-
-    kept: int
-    steps: int
-    knots: int
-    nodes: int = 2
-
-    def __post_init__(self) -> None:
-        _check_least(self, _LEAST_OF_STAGE)
-
-
-@dataclass(frozen=True)
-class Aligner:
-    """How hard to look for the alignment of two curves. The presets differ in these settings alone.
-
-    Attributes:
-        grid: arc-length samples for start points and dynamic programming.
-        seeds: start points tried, the highest local maxima of the rotation gain over all shifts.
-        band: half width of the dynamic programming's band around the diagonal, as a share of the grid.
-        slope: largest step of the dynamic programming in either direction; slopes lie in [1/slope, slope].
-            0 for no warp at all: start point and rotation only.
-        passes: dynamic programmings of a seed, its rotation solved again before each.
-        stages: of refinement on the continuous problem, coarse to fine.
-        table: tangents tabulated to a sample of the grid, or more for curves of many samples; refinement interpolates
-            between them.
-        fineness: samples of the resulting warp to a sample of the curve. A warp that skips a piece of curve2 spends
-            one of its intervals on it, and the curve does not pass there: coarse warps cannot hold good alignments.
-        chunk: pairs computed at once.
-    """
-
-    grid: int = 48
-    seeds: int = 8
-    band: float = 0.25
-    slope: int = 3
-    passes: int = 1
-    stages: tuple[Stage, ...] = (Stage(kept=3, steps=3, knots=48), Stage(kept=1, steps=8, knots=112))
-    table: int = 12
-    fineness: int = 4
-    chunk: int = 64
-
-    def __post_init__(self) -> None:
-        _check_least(self, _LEAST)
-        if not 0 < self.band <= 0.5:
-            raise ValueError(f"Aligner.band = {self.band}: it is a share of the grid, in (0, 0.5].")
-        kept = [stage.kept for stage in self.stages]
-        if [self.grid, self.seeds, *kept] != sorted([self.grid, self.seeds, *kept], reverse=True):
-            raise ValueError(
-                f"Aligner needs grid >= seeds >= kept of each stage in turn, not {self.grid}, {self.seeds}, {kept}."
-            )
-
-    @classmethod
-    def fast(cls) -> "Aligner":
-        """For matrices of many millions of pairs."""
-        return cls()
-
-    @classmethod
-    def accurate(cls) -> "Aligner":
-        """The best alignment known, at about a seventh of the speed."""
-        stages = Stage(24, 3, 48), Stage(6, 8, 96), Stage(1, 16, 256)
-        return cls(seeds=24, passes=3, stages=stages, fineness=8, chunk=32)
-
-    @classmethod
-    def rigid(cls) -> "Aligner":
-        """Start point and rotation only, both curves by arc length: the least effort, and an upper bound."""
-        return cls(grid=64, slope=0, stages=(), table=4, chunk=256)
+            kind = type(settings).__name__
+            raise ValueError(f"{kind}.{name} = {getattr(settings, name)}: it has to be {value} or more.")

@@ -2,7 +2,7 @@
 
 import functools as ft
 from collections.abc import Callable, Iterable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -10,13 +10,12 @@ from jaxtyping import ArrayLike
 
 from .._progress import Progress, reporter
 from . import _chunks as chunks
-from ._align import align_chunk, read
-from ._aligner import Aligner
-from ._check import as_curves, check_pair
-from ._curve import Representative
+from ._align import align_chunk
+from ._aligner import Aligner, Alignment
+from ._check import as_aligner, as_shapes, check_pair
 from ._distinct import distinct
 from ._kind import check_kind, length_between
-from ._tables import Tables, tables_of
+from ._tabulated import Tables, tables_of
 
 
 class _Pairs(NamedTuple):
@@ -46,7 +45,7 @@ def distance_matrix(
         ValueError: as `align`, and for an unknown kind.
     """
     check_kind(kind)
-    aligner = Aligner.fast() if aligner is None else aligner
+    aligner = as_aligner(aligner, Aligner.fast)
     first = _checked("a", a)
     second = first if b is None else _checked("b", b)
     check_pair(first[:1], second[:1])
@@ -77,7 +76,7 @@ def pair_distances(
     `IndexError` for an index that points outside of the curves.
     """
     check_kind(kind)
-    aligner = Aligner.fast() if aligner is None else aligner
+    aligner = as_aligner(aligner, Aligner.fast)
     first = _curves("a", a)
     second = first if b is a else _curves("b", b)
     _check_tables(first, second, aligner, kind)
@@ -102,7 +101,7 @@ def tabulate(curves: ArrayLike, aligner: Aligner | None = None) -> Tables:
     With `Aligner.rigid()` 768 bytes a curve in float32, whatever n; else about 11 KB a curve of 100 samples.
     Raises `ValueError` as `align`.
     """
-    return tables_of(_checked("curves", curves), Aligner.fast() if aligner is None else aligner)
+    return tables_of(_checked("curves", curves), as_aligner(aligner, Aligner.fast))
 
 
 def _curves(name: str, curves: ArrayLike | Tables) -> np.ndarray | Tables:
@@ -118,12 +117,14 @@ def _check_tables(first: np.ndarray | Tables, second: np.ndarray | Tables, align
             )
     if isinstance(first, np.ndarray) and isinstance(second, np.ndarray):
         check_pair(first[:1], second[:1])
-    elif first.shape[1] != second.shape[1]:
-        raise ValueError(f"curves of {first.shape[1]} and of {second.shape[1]} dimensions have no distance.")
+        return
+    d1, d2 = (curves.dimension if isinstance(curves, Tables) else curves.shape[1] for curves in (first, second))
+    if d1 != d2:
+        raise ValueError(f"curves of {d1} and of {d2} dimensions have no distance.")
 
 
 def _checked(name: str, curves: ArrayLike) -> np.ndarray:
-    array = np.asarray(as_curves(name, curves))
+    array = np.asarray(as_shapes(name, curves))
     if array.ndim != 3:
         raise ValueError(f"{name} has shape {array.shape}: give one batch of closed curves, (curves, d, n).")
     return distinct(array)[0]
@@ -174,8 +175,11 @@ def _of_tables(
     tables2 = tables1 if second is first else second if isinstance(second, Tables) else tables_of(second, aligner)
 
     def compute(part: _Pairs) -> jax.Array:
+        swap = tables1.keys[part.rows] > tables2.keys[part.columns]
         rows, columns = (chunks.padded(index, aligner.chunk) for index in (part.rows, part.columns))
-        return _distance_chunk(tables1[rows].curves, tables2[columns].curves, aligner)
+        first, second = tables1[rows].curves, tables2[columns].curves
+        first, second = _exchanged(chunks.padded(swap, aligner.chunk), first, second)
+        return _distance_chunk(aligner, first, second)
 
     return compute
 
@@ -188,12 +192,23 @@ def _of_curves(first: np.ndarray, second: np.ndarray, aligner: Aligner, kind: st
     return compute
 
 
-@ft.partial(jax.jit, static_argnames="aligner")
-def _distance_chunk(first: Representative, second: Representative, aligner: Aligner):
-    return read(first, second, aligner).distance
+def _exchanged(swap: np.ndarray, first: Any, second: Any) -> tuple[Any, Any]:
+    """Both sides of a chunk in the order of their keys, in place: they are copies."""
+    for one, two in zip(jax.tree.leaves(first), jax.tree.leaves(second), strict=True):
+        one[swap], two[swap] = two[swap], one[swap].copy()
+    return first, second
 
 
-@ft.partial(jax.jit, static_argnames=("aligner", "kind"))
-def _length_chunk(curve1, curve2, aligner: Aligner, kind: str):
-    found = align_chunk(curve1, curve2, aligner)
-    return length_between(curve1, curve2, found.rotation, found.warp, kind)
+@ft.partial(jax.jit, static_argnums=0)
+def _distance_chunk(aligner: Aligner, first: Any, second: Any):
+    return aligner.distance(first, second)
+
+
+def _length_chunk(curve1: np.ndarray, curve2: np.ndarray, aligner: Aligner, kind: str):
+    found = align_chunk(aligner, curve1, curve2)
+    return _lengths(curve1, curve2, found, kind)
+
+
+@ft.partial(jax.jit, static_argnames="kind")
+def _lengths(curve1, curve2, found: Alignment, kind: str):
+    return length_between(curve1, curve2, found, kind)

@@ -13,7 +13,9 @@ alignment interpolates by a parabola, which amplifies no mode (the stability of 
 
 import numpy as np
 
-from ._tables import Tables
+from ._aligner import Aligner
+from ._rigid import Rigid
+from ._tabulated import Tables
 
 # Semi-axes kept one by one. With all 32 modes the bounds are 4 % higher.
 _MODES = 8
@@ -21,15 +23,20 @@ _MODES = 8
 _ROUNDING = 4e-6
 
 
+def bounded(aligner: Aligner) -> bool:
+    """Whether signatures bound the distances of this aligner."""
+    return isinstance(aligner, Rigid) and not aligner.measured
+
+
 def signatures(tables: Tables) -> np.ndarray:
-    """Signatures (C, S) of curves tabulated for an aligner without warps, each of unit norm.
+    """Signatures (C, S) of curves tabulated for `Rigid(measured=False)`, each of unit norm.
 
     Raises:
-        ValueError: when the aligner warps: a warp can bring curves nearer than their signatures.
+        ValueError: for another aligner: a warp can bring curves nearer than their signatures.
     """
-    if tables.aligner.slope:
-        raise ValueError("signatures bound distances without warps only")
-    samples = tables.shape[-1]
+    if not bounded(tables.aligner):
+        raise ValueError(f"signatures bound the distances of Rigid(measured=False), not those of {tables.aligner}.")
+    samples = tables.curves.tangents.shape[-1]
     modes = np.fft.rfft(tables.curves.tangents, axis=-1) / samples
     modes[..., 1 : (samples + 1) // 2] *= np.sqrt(2.0)
     square1, square2 = (modes.real**2).sum(axis=1), (modes.imag**2).sum(axis=1)

@@ -8,8 +8,8 @@ from jaxtyping import Array, ArrayLike, Float
 
 from ._align import align
 from ._aligner import Aligner
-from ._check import as_curves, check_pair, traced
-from ._curve import interpolate, srvf_of, velocity
+from ._check import as_aligner, as_shapes, check_pair, check_path, traced
+from ._curve import interpolate, srvf_of, unrepeated, velocity
 from ._kind import check_kind, length_between, length_to_ends, path_between
 from ._preshape import sphere_distance, unit
 
@@ -23,10 +23,10 @@ def elastic_distance(
     rotation, start point and parametrisation.
 
     Differentiable in both curves, forward and reverse, under jit and vmap: at an optimal alignment the derivative of
-    the distance is the one with rotation and warp held fixed (envelope theorem). Where the distance is 0, or where two
-    alignments tie, it has no derivative; a finite value is returned there, 0 at distance 0.
-    Without a warp (`Aligner.rigid()`) the alignment is not optimal over warps, and the derivative is that of the fixed
-    alignment only, not of the distance.
+    the distance is the one with rotation and warps held fixed (envelope theorem). Where the distance is 0, or where two
+    alignments tie, it has none; a finite value is returned there: 0 up to a distance of `sqrt(eps)`, 3e-4 in float32.
+    Refused are derivatives for aligners that do not warp, whose alignment is not optimal among all paths, and second
+    derivatives, which would need those of the path.
 
     Args:
         aligner: `Aligner.accurate()` unless given.
@@ -38,42 +38,52 @@ def elastic_distance(
         ValueError: as `align`, and for another kind.
     """
     check_kind(kind)
-    aligner = Aligner.accurate() if aligner is None else aligner
-    curve1, curve2 = as_curves("curve1", curve1), as_curves("curve2", curve2)
+    aligner = as_aligner(aligner, Aligner.accurate)
+    curve1, curve2 = as_shapes("curve1", curve1), as_shapes("curve2", curve2)
     check_pair(curve1, curve2)
     return _distance(aligner, kind, curve1, curve2) if traced(curve1, curve2) else _value(aligner, kind, curve1, curve2)
 
 
 def alignment_distance(
-    curve1: ArrayLike, curve2: ArrayLike, rotation: ArrayLike, warp: ArrayLike
+    curve1: ArrayLike, curve2: ArrayLike, rotation: ArrayLike, warp1: ArrayLike, warp2: ArrayLike
 ) -> Float[Array, "*b"]:
-    """The distance, in radians, that a rotation `(*b, d, d)` and a warp `(*b, m + 1)` of any m achieve.
+    """The distance, in radians, that a rotation `(*b, d, d)` and two warps `(*b, m + 1)` of any m achieve.
 
-    It is what an `Alignment` certifies: the angle between `q1` and `R q2(gamma) sqrt(gamma')`, with the trigonometric
-    interpolants of the curves, gamma linear between its samples, and the midpoint rule on pieces of its intervals, at
-    least 32 to a sample of the curve.
+    It is what an `Alignment` certifies: the angle between `q1(warp1) sqrt(warp1')` and `R q2(warp2) sqrt(warp2')`, with
+    the trigonometric interpolants of the curves, the warps linear between their samples, and the midpoint rule on
+    pieces of their intervals, at least 32 to a sample of the curves. The batches broadcast.
+
+    Raises `ValueError` as `align`, and for what is no rotation and pair of warps of these curves.
     """
-    curve1, curve2 = as_curves("curve1", curve1), as_curves("curve2", curve2)
+    curve1, curve2 = as_shapes("curve1", curve1), as_shapes("curve2", curve2)
     check_pair(curve1, curve2)
-    rotation, warp = jnp.asarray(rotation, curve1.dtype), jnp.asarray(warp, curve1.dtype)
-    n, m = curve1.shape[-1], warp.shape[-1] - 1
-    nodes = max(1, -(-_PIECES * n // m))
-    q1, field2 = (srvf_of(velocity(c, max(n, 2 * nodes * m))) for c in (curve1, curve2))
-    share = (jnp.arange(nodes, dtype=warp.dtype) + 0.5) / nodes
+    path = [jnp.asarray(x, curve1.dtype) for x in (rotation, warp1, warp2)]
+    batch = check_path(curve1, curve2, *path)
+    rotation, warp1, warp2 = (
+        jnp.broadcast_to(x, (*batch, *x.shape[-k:])) for x, k in zip(path, (2, 1, 1), strict=True)
+    )
+    nodes = max(1, -(-_PIECES * curve1.shape[-1] // (warp1.shape[-1] - 1)))
+    q1, q2 = _carried(curve1, warp1, nodes), _carried(curve2, warp2, nodes)
+    return sphere_distance(unit(q1), unit(rotation @ q2))
+
+
+def _carried(curve: Float[Array, "*c d n"], warp: Float[Array, "*b nodes"], nodes: int) -> Float[Array, "*b d k"]:
+    curve, warp = unrepeated(curve, warp)
+    field = srvf_of(velocity(curve, _PIECES * curve.shape[-1]))
     steps = jnp.diff(warp, axis=-1)
-    x = warp[..., :-1, None] + share.reshape((1,) * warp.ndim + (-1,)) * steps[..., None]
-    field2 = jnp.broadcast_to(field2, (*warp.shape[:-1], *field2.shape[-2:]))
-    moved = interpolate(field2, x.reshape(*warp.shape[:-1], m * nodes))
-    root = jnp.repeat(jnp.sqrt(jnp.maximum(steps * m, 0)), nodes, axis=-1)
-    q2 = jnp.einsum("...ij,...jn->...in", rotation, moved) * root[..., None, :]
-    return sphere_distance(jnp.broadcast_to(unit(q1[..., 1::2]), q2.shape), unit(q2))
+    share = (jnp.arange(nodes, dtype=warp.dtype) + 0.5) / nodes
+    place = (warp[..., :-1, None] + steps[..., None] * share.reshape((1,) * warp.ndim + (-1,))).reshape(
+        *warp.shape[:-1], -1
+    )
+    moved = interpolate(jnp.broadcast_to(field, (*warp.shape[:-1], *field.shape[-2:])), place)
+    return moved * jnp.repeat(jnp.sqrt(jnp.maximum(steps, 0) * steps.shape[-1]), nodes, axis=-1)[..., None, :]
 
 
 def _value(aligner: Aligner, kind: str, curve1: Float[Array, "*b d n"], curve2: Float[Array, "*c d n"]):
     found = align(curve1, curve2, aligner)
     if kind == "arc":
         return found.distance
-    return length_between(curve1, curve2, found.rotation, found.warp, kind)
+    return length_between(curve1, curve2, found, kind)
 
 
 @ft.partial(jax.custom_jvp, nondiff_argnums=(0, 1))
@@ -83,12 +93,18 @@ def _distance(aligner: Aligner, kind: str, curve1: Float[Array, "*b d n"], curve
 
 @_distance.defjvp
 def _distance_jvp(aligner: Aligner, kind: str, primals, tangents):
+    if not aligner.warps:
+        raise ValueError(f"the distance for {aligner} has no derivative: use an aligner that warps, Aligner.fast().")
     curve1, curve2 = primals
     found = align(curve1, curve2, aligner)
     if kind == "arc":
-        fixed = lambda a, b: alignment_distance(a, b, found.rotation, found.warp)  # noqa: E731
-        return found.distance, jax.jvp(fixed, primals, tangents)[1]
-    path = path_between(curve1, curve2, found.rotation, found.warp, "straightened")
-    fixed = lambda a, b: length_to_ends(path, a, b, found.rotation, found.warp)  # noqa: E731
-    length = length_between(curve1, curve2, found.rotation, found.warp, kind)
-    return length, jax.jvp(fixed, primals, tangents)[1]
+        fixed = lambda a, b: alignment_distance(a, b, found.rotation, found.warp1, found.warp2)  # noqa: E731
+        return found.distance, _away_from_0(found.distance, jax.jvp(fixed, primals, tangents)[1])
+    path = path_between(curve1, curve2, found, "straightened")
+    fixed = lambda a, b: length_to_ends(path, a, b, found)  # noqa: E731
+    length = length_between(curve1, curve2, found, kind)
+    return length, _away_from_0(found.distance, jax.jvp(fixed, primals, tangents)[1])
+
+
+def _away_from_0(distance: Float[Array, "*b"], slope: Float[Array, "*b"]) -> Float[Array, "*b"]:
+    return jnp.where(distance > jnp.finfo(distance.dtype).eps ** 0.5, slope, 0)

@@ -4,37 +4,87 @@ A repeated sample is a stop of the parametrisation, not a feature of the shape. 
 overshoot there, so it is taken through the distinct samples only, and sampled as often as the given curve.
 """
 
+from typing import Any
+
 import numpy as np
+
+from ._frame import AnyArray, namespace
 
 Places = dict[int, np.ndarray]
 
 
-def distinct(curves: np.ndarray) -> tuple[np.ndarray, Places]:
-    """Curves `(b, d, n)` without repeated samples, and where the samples of those that had some lie, `(n + 1,)`."""
-    new = np.any(curves != np.roll(curves, 1, axis=2), axis=1)
+def resolution(n: int, dtype: Any) -> float:
+    """How far apart samples of a curve of size 1 to 2 have to be, to be told from rounding."""
+    return min(4 * float(np.finfo(dtype).eps), 1e-3 / n)
+
+
+def is_new(curves: AnyArray, dtype: Any = None) -> AnyArray:
+    """Which samples of curves `(*b, d, n)` differ from the one before, by more than the rounding of `dtype`, `(*b, n)`.
+
+    Of a run of equal samples the first is new, also where the run goes over the end; the first sample always is.
+    """
+    xp = namespace(curves)
+    size = (curves.max(axis=-1, keepdims=True) - curves.min(axis=-1, keepdims=True)).max(axis=-2, keepdims=True)
+    tolerance = size * resolution(curves.shape[-1], curves.dtype if dtype is None else dtype) / 2
+    differs = lambda other: (abs(curves - other) > tolerance).any(axis=-2)  # noqa: E731
+    new = differs(xp.roll(curves, 1, axis=-1))
+    count = new.astype(np.int32)
+    last_run = xp.cumsum(count[..., ::-1], axis=-1)[..., ::-1] <= count  # Nothing new comes after.
+    over_the_end = last_run & ~new[..., :1]
+    first = (np.arange(curves.shape[-1]) == 0).reshape((1,) * (new.ndim - 1) + (-1,))
+    return (new & ~over_the_end) | first
+
+
+def distinct(curves: np.ndarray, dtype: Any = None) -> tuple[np.ndarray, Places]:
+    """Curves `(b, d, n)` without repeated samples, and where the samples of those that had some lie, `(n + 1,)`.
+
+    The first sample stays first. What is equal up to the rounding of `dtype`, the curves' own unless given, is
+    repeated. Curves without repeated samples are handed back as they are.
+    """
+    new = np.asarray(is_new(curves, dtype))
     places: Places = {}
     for index in np.flatnonzero(~new.all(axis=1)):
         kept = curves[index][:, new[index]]
+        if kept.shape[1] < 3:
+            continue
         if not places:
             curves = curves.copy()
+        places[int(index)] = _places(curves[index], new[index])
         curves[index] = _resampled(kept, curves.shape[2])
-        rank = np.cumsum(new[index]) - 1
-        places[int(index)] = np.append(rank, rank[0] + kept.shape[1]) / kept.shape[1]
     return curves, places
 
 
-def original_warp(warp: np.ndarray, places1: Places, places2: Places) -> np.ndarray:
-    """Warps `(b, m + 1)` between distinct curves, as warps between the curves as they were given."""
+def original_parameter(warp: np.ndarray, places: Places) -> np.ndarray:
+    """Lifted warps `(b, m + 1)` of distinct curves, as parameters of the curves as they were given.
+
+    Increasing, with `warp[m] = warp[0] + 1`, before and after. Where the given curve stops at repeated samples, the
+    result jumps over them, or to some place among them.
+    """
     warp = np.array(warp)
-    grid = np.linspace(0, 1, warp.shape[1])
-    for index in places1.keys() | places2.keys():
-        gamma = warp[index]
-        if index in places1:
-            gamma = _lift(_lift(grid, _equal(places1[index]), places1[index]), grid, gamma)
-        if index in places2:
-            gamma = _lift(gamma, places2[index], _equal(places2[index]))
-        warp[index] = np.append(gamma[:-1], gamma[0] + 1)
+    for index, place in places.items():
+        given = _lift(warp[index].astype(float), place, _equal(place)).astype(warp.dtype)
+        given[-1] = given[0] + 1
+        warp[index] = np.minimum(given, given[-1])  # Rounding of the sum is not to make it fall.
     return warp
+
+
+def distinct_parameter(warp: np.ndarray, places: Places) -> np.ndarray:
+    """Lifted warps `(b, m + 1)` of curves as they were given, as parameters of the distinct curves: the way back."""
+    warp = np.array(warp)
+    for index, place in places.items():
+        found = _lift(warp[index].astype(float), _equal(place), place).astype(warp.dtype)
+        found[-1] = found[0] + 1
+        warp[index] = np.minimum(found, found[-1])
+    return warp
+
+
+def _places(curve: np.ndarray, new: np.ndarray) -> np.ndarray:
+    """Parameters, on the distinct curve, of the samples `(d, n)` of the given one, and of its end."""
+    rank, kept = np.cumsum(new) - 1, int(new.sum())
+    tail = len(new) - int(np.argmax(new[::-1]))  # after the last new sample: a run of it, and then of the first one
+    to_first, to_last = (np.abs(curve[:, tail:] - curve[:, [k]]).max(axis=0) for k in (0, tail - 1))
+    rank[tail:] += np.maximum.accumulate(to_first < to_last)
+    return np.append(rank, kept) / kept
 
 
 def _equal(place: np.ndarray) -> np.ndarray:
@@ -47,9 +97,10 @@ def _lift(x: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _resampled(curve: np.ndarray, n: int) -> np.ndarray:
-    """The trigonometric interpolant of `(d, m)` samples at `n >= m` equal parameters."""
+    """The trigonometric interpolant of `(d, m)` samples at `n > m` equal parameters, without the alternating mode of
+    even m: the curve that the samples alone would be taken for."""
     m = curve.shape[1]
     spectrum = np.fft.rfft(curve, axis=1)
     if m % 2 == 0:
-        spectrum[:, -1] /= 2
+        spectrum[:, -1] = 0
     return (np.fft.irfft(spectrum, n=n, axis=1) * (n / m)).astype(curve.dtype)

@@ -12,31 +12,29 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 
 from ._align import align
 from ._aligner import Aligner
-from ._check import as_curves
-from ._curve import interpolate, srvf_of, velocity
+from ._check import MIN_SAMPLES, as_field, as_shapes
+from ._curve import centre, norm
+from ._lanes import running_sum
+from ._matched import srvfs_along
 from ._preshape import (
-    as_field,
     close,
     closure,
     great_circle,
     inner,
-    project_closed,
     project_tangent,
     sphere_distance,
     unit,
 )
-from ._srvf import to_curve, to_srvf
 
 _CONTRACTION = 0.35  # of the energy's gradient in one step, at worst: curves with sharp turns, far apart
 _CLOSING_STEPS = 3
-_OVERSAMPLING = 8
 
 
 class Geodesic(NamedTuple):
     """A geodesic in the closed pre-shape space.
 
     Attributes:
-        path: `(*b, k, d, n)`, SRVFs from curve1's to that of curve2 laid onto it, equally spaced in time.
+        path: `(*b, k, d, samples)`, SRVFs from curve1's to that of curve2 as aligned, equally spaced in time.
         length: `(*b,)`, radians.
         energy: `(*b, s)`, `1/2 integral |alpha'|^2` after every straightening step, the first value before any.
         closure: `(*b,)`, the largest `|integral q|q||` along the path.
@@ -51,46 +49,36 @@ class Geodesic(NamedTuple):
     converged: Bool[Array, "*b"]
 
     def curves(self) -> Float[Array, "*b k d n"]:
-        """The deformation to draw: centred closed curves of unit length."""
-        return to_curve(self.path)
+        """The deformation to draw: centred closed polygons of unit length, from curve1 to curve2 as aligned."""
+        sides = self.path * norm(self.path)[..., None, :] / self.path.shape[-1]
+        return centre(running_sum(sides))
 
 
-def geodesic(curve1: ArrayLike, curve2: ArrayLike, steps: int = 6, aligner: Aligner | None = None) -> Geodesic:
-    """The geodesic from curve1 to curve2 laid onto it, in C, of `steps` steps; closed curves `(*b, d, n)`.
+def geodesic(
+    curve1: ArrayLike, curve2: ArrayLike, steps: int = 6, aligner: Aligner | None = None, samples: int | None = None
+) -> Geodesic:
+    """The geodesic in C from curve1 to curve2 as aligned, of `steps` steps; closed curves `(*b, d, n)`.
 
-    The ends are aligned, joined by the great circle projected to C, and the path is straightened: the gradient of
-    `E = 1/2 integral |alpha'|^2`, in the metric of the paths' first derivative, is descended with fixed ends.
+    The curves are aligned and read at equal times of the path that matches them; their SRVFs are joined by the great
+    circle projected to C, and this path is straightened: the gradient of `E = 1/2 integral |alpha'|^2`, in the metric
+    of the paths' first derivative, is descended with fixed ends.
+
+    Args:
+        steps: of the geodesic.
+        aligner: `Aligner.accurate()` unless given.
+        samples: of each curve on the way; twice n unless given.
 
     Raises:
-        ValueError: as `align`, and for steps below 1.
+        ValueError: as `align`, and for steps below 1 or samples below 8.
     """
     if steps < 1:
         raise ValueError(f"steps = {steps}: a geodesic has 1 step or more.")
-    curve1, curve2 = as_curves("curve1", curve1), as_curves("curve2", curve2)
+    curve1, curve2 = as_shapes("curve1", curve1), as_shapes("curve2", curve2)
     found = align(curve1, curve2, aligner)
-    q1 = jnp.broadcast_to(to_srvf(curve1), (*found.distance.shape, *curve1.shape[-2:]))
-    q2 = project_closed(aligned_srvf(curve2, found.rotation, found.warp))
-    return straighten(joined(q1, q2, steps))
-
-
-def aligned_srvf(
-    curve: Float[Array, "*c d n"], rotation: Float[Array, "*b d d"], warp: Float[Array, "*b nodes"]
-) -> Float[Array, "*b d n"]:
-    """`R q(gamma) sqrt(gamma')` at `k/n`, of unit norm: how an alignment lays a curve.
-
-    `gamma'` is its mean over the interval of length `1/n` around a sample: a warp is finer than the samples.
-    """
-    n, m = curve.shape[-1], warp.shape[-1] - 1
-    if m % (2 * n):
-        grid = jnp.arange(2 * m + 1, dtype=warp.dtype)
-        fine = jax.vmap(lambda gamma: jnp.interp(grid, grid[::2], gamma))(warp.reshape(-1, m + 1))
-        return aligned_srvf(curve, rotation, fine.reshape(*warp.shape[:-1], -1))
-    curve = jnp.broadcast_to(curve, (*warp.shape[:-1], *curve.shape[-2:]))
-    half = m // (2 * n)
-    field = interpolate(srvf_of(velocity(curve, _OVERSAMPLING * n)), warp[..., : -1 : 2 * half])
-    between = warp[..., half :: 2 * half]
-    slope = (between - jnp.roll(between, 1, axis=-1)).at[..., 0].add(1) * n
-    return unit(jnp.einsum("...ij,...jn->...in", rotation, field) * jnp.sqrt(jnp.maximum(slope, 0))[..., None, :])
+    samples = 2 * curve1.shape[-1] if samples is None else samples
+    if samples < MIN_SAMPLES:
+        raise ValueError(f"samples = {samples}: closed curves need {MIN_SAMPLES} or more.")
+    return straighten(joined(*srvfs_along(curve1, curve2, found, samples), steps))
 
 
 def log_map(q1: ArrayLike, q2: ArrayLike, steps: int = 16) -> Float[Array, "*b d n"]:

@@ -1,8 +1,9 @@
-"""Arithmetic on lanes-last arrays in forms that XLA's CPU back end compiles well.
+"""Arithmetic on vectors and matrices whose components lie on the leading axes, many at once on the axes behind.
 
-It turns a reduction fused with its operands into a scalar loop: short sums are written out instead (14 times faster for
-the products of the refinement), long ones are matrix products. And it fuses an expensive producer into each of its
-consumers, which then repeat it: `once` keeps it apart (twice as fast for the look-ups of the refinement).
+Short sums are written out: a row of pairs is then one vectorised loop.
+
+XLA's CPU back end fuses an expensive producer into each of its consumers, which then repeat it. `fusion_barrier` keeps
+it apart; `SPLIT_FUSIONS` says where.
 """
 
 from collections.abc import Callable
@@ -14,7 +15,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
+
+# The back ends that need `fusion_barrier`; elsewhere it only computes. Results are the same.
+SPLIT_FUSIONS = ("cpu",)
 
 
 def dot(a: Float[Array, "d *#k"], b: Float[Array, "d *#k"]) -> Float[Array, "..."]:
@@ -22,39 +26,49 @@ def dot(a: Float[Array, "d *#k"], b: Float[Array, "d *#k"]) -> Float[Array, "...
     return reduce(add, (x * y for x, y in zip(a, b, strict=True)))
 
 
-def frobenius(a: Float[Array, "d d *k"], b: Float[Array, "d d *k"]) -> Float[Array, "*k"]:
+def frobenius(a: Float[Array, "d e *k"], b: Float[Array, "d e *k"]) -> Float[Array, "*k"]:
     """`tr(A^T B)` of matrices on the two first axes."""
     return reduce(add, (dot(x, y) for x, y in zip(a, b, strict=True)))
 
 
-def mean_rows(x: Float[Array, "*k n l"]) -> Float[Array, "*k l"]:
-    """Mean over the rows, as a matrix product: it stands outside of the fused loops."""
-    n = x.shape[-2]
-    weights = jnp.full((1,) * (x.ndim - 2) + (1, n), 1 / n, x.dtype)
-    weights = jnp.broadcast_to(weights, (*x.shape[:-2], 1, n))
-    return jnp.matmul(weights, x, precision="highest")[..., 0, :]
+def rotate(rotation: Float[Array, "e d *l"], field: Float[Array, "d *k"]) -> Float[Array, "e *k"]:
+    """`R q`, pointwise; `rotation` has the rank of `field` plus one, with length-1 axes where it is constant."""
+    return jnp.stack([dot(row, field) for row in rotation])
 
 
-def cumulative(x: Float[Array, "*k n l"]) -> Float[Array, "*k n l"]:
-    """Sum of the rows before each: XLA's cumulative sum is several times slower than these two matrix products."""
-    n = x.shape[-2]
+def multiply(a: Float[Array, "d e *l"], b: Float[Array, "e f *l"]) -> Float[Array, "d f *l"]:
+    """The product of matrices on the two first axes."""
+    return jnp.stack([rotate(jnp.swapaxes(b, 0, 1), row) for row in a])
+
+
+def solve(a: Float[Array, "m m *l"], b: Float[Array, "m k *l"]) -> Float[Array, "m k *l"]:
+    """`a^-1 b`, by elimination without pivots: for small a whose symmetric part is positive definite."""
+    m = len(a)
+    rows = [jnp.concatenate([x, y]) for x, y in zip(a, b, strict=True)]
+    for i in range(m):
+        rows[i] = rows[i] / rows[i][i : i + 1]
+        rows = [row if k == i else row - row[i : i + 1] * rows[i] for k, row in enumerate(rows)]
+    return jnp.stack([row[m:] for row in rows])
+
+
+def running_sum(x: Float[Array, "*k n"]) -> Float[Array, "*k n"]:
+    """Sum of the entries before each, as two small matrix products: many times faster than a cumulative sum."""
+    n = x.shape[-1]
     inside = max(q for q in range(1, int(n**0.5) + 1) if n % q == 0)
-    blocks = x.reshape(*x.shape[:-2], n // inside, inside, x.shape[-1])
-    within = _before(inside, blocks.dtype) @ blocks
-    whole = within[..., -1, :] + blocks[..., -1, :]
-    return (within + (_before(n // inside, x.dtype) @ whole)[..., None, :]).reshape(x.shape)
+    earlier = lambda size: jnp.asarray(np.triu(np.ones((size, size)), 1), x.dtype)  # noqa: E731
+    blocks = x.reshape(*x.shape[:-1], n // inside, inside)
+    within = jnp.matmul(blocks, earlier(inside), precision="highest")
+    before = jnp.matmul(jnp.sum(blocks, axis=-1), earlier(n // inside), precision="highest")
+    return (within + before[..., None]).reshape(x.shape)
 
 
-def _before(n: int, dtype) -> Float[Array, "{n} {n}"]:
-    return jnp.asarray(np.tril(np.ones((n, n)), -1), dtype)
-
-
-def once(compute: Callable[..., Any], *operands: Array) -> Any:
+def fusion_barrier(compute: Callable[..., Any], true: Bool[Array, ""] | None, *operands: Any) -> Any:
     """`compute(*operands)`, not fused with what uses it.
 
-    An `optimization_barrier` is removed before fusion; a branch is not.
-    The branch is taken unless the first operand begins with NaN; then the result is NaN.
+    An `optimization_barrier` is removed before fusion; a branch is not. `true` has to be so, and unknown to the
+    compiler: an argument of the compiled function. None where nothing is to be kept apart.
     """
-    nothing = lambda *_: jax.tree.map(lambda x: jnp.full(x.shape, jnp.nan, x.dtype), jax.eval_shape(compute, *operands))  # noqa: E731
-    first = operands[0].ravel()[0]
-    return lax.cond(first == first, compute, nothing, *operands)
+    if true is None or jax.default_backend() not in SPLIT_FUSIONS:
+        return compute(*operands)
+    nothing = lambda *_: jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(compute, *operands))  # noqa: E731
+    return lax.cond(true, compute, nothing, *operands)

@@ -5,16 +5,26 @@ The normal space at q is spanned by q and `n_k = (q_k / |q|) q + |q| e_k` (Sriva
 """
 
 import functools as ft
+from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, ArrayLike, Bool, Float
 
+from ._check import as_field, traced
 from ._curve import norm
 
 _NEWTON_STEPS = 12
-_FIXED_POINT_STEPS = 4
+_DUAL_STEPS = 40
+_ANGLE_STEPS = 12
+_GENTLE_STEPS = 60
+_POLISHING_STEPS = 3
+_LONGEST = 0.25  # of a gentle step's multiplier
+_SHORTEST = 1e-4  # share of a Newton step
+_FARTHEST = 0.48  # of multipliers: at 1/2 what is nearest jumps within one sample
+_STRAIGHT = 2e-5  # 1 - |integral q|q||^2 of unit fields: those of straight lines have 0
 _SMALL_STEPS = 3  # of Newton's method, from a point that was closed a small step ago
 
 
@@ -34,43 +44,148 @@ def unit(q: Float[Array, "*b d n"]) -> Float[Array, "*b d n"]:
     return q / jnp.sqrt(jnp.where(square > 0, square, 1))
 
 
-def project_closed(q: ArrayLike) -> Float[Array, "*b d n"]:
-    """The point of C nearest to `q`, `(*b, d, n)`.
+def project_closed(q: ArrayLike | Sequence) -> Float[Array, "*b d n"]:
+    """The point of C nearest to `q`, `(*b, d, n)`, closed to rounding: below 1e-6 in float32, 1e-12 in float64.
 
-    It solves `p = unit(q - sum_k x_k n_k(p))` with `x` such that p is closed: Newton's method of optimistix, with
-    derivatives by the implicit function theorem. The closure that is left is rounding: below 1e-6 in float32, 1e-12 in
-    float64.
+    It solves `s q = p + sum_k x_k n_k(p)` with p closed and some s, where x minimises a convex function: no other point
+    of C is nearer. Derivatives are by the implicit function theorem, with optimistix.
+    Of fields that all but keep to one half-space, as those of short arcs, what is nearest jumps within one sample. They
+    are closed by damped Newton steps along the normals.
 
-    Raises `ValueError` unless q is real of shape `(*b, d >= 2, n)`.
+    Raises `ValueError` unless q is real and finite of shape `(*b, d >= 2, n)`, and for what cannot be closed: zero, and
+    straight lines that never turn back. Traced, those come back zero, or straight and of unit norm.
     """
-    q = as_field("q", q)
-    return _project(q.reshape(-1, *q.shape[-2:])).reshape(q.shape)
+    field = as_field("q", q)
+    found = _project(field.reshape(-1, *field.shape[-2:])).reshape(field.shape)
+    if not traced(q):
+        _check_closed(np.asarray(found).reshape(-1, *field.shape[-2:]))
+    return found
+
+
+def _check_closed(fields: np.ndarray) -> None:
+    """`ValueError` unless fields `(b, d, n)` are of unit norm and closed."""
+    ends = np.linalg.norm(np.mean(fields * np.linalg.norm(fields, axis=1, keepdims=True), axis=2), axis=1)
+    unit_norm = np.abs(np.mean(np.sum(fields * fields, axis=1), axis=1) - 1) < 1e-3
+    bad = ~(unit_norm & (ends < (1e-6 if fields.dtype == np.float32 else 1e-12)))
+    if bad.any():
+        raise ValueError(
+            f"q cannot be closed in field {int(np.argmax(bad))} of {len(bad)}: it is zero, or all but a straight "
+            "line that never turns back."
+        )
 
 
 @jax.jit
 def _project(q: Float[Array, "b d n"]) -> Float[Array, "b d n"]:
-    return jax.vmap(_project_one)(q)
+    largest = lax.stop_gradient(jnp.max(jnp.abs(q), axis=(1, 2), keepdims=True))
+    start = unit(q / jnp.where(largest > 0, largest, 1))
+    x, regular = jax.vmap(_multiplier)(lax.stop_gradient(start))
+    straight = lax.stop_gradient(1 - jnp.sum(closure(start) ** 2, axis=1)) < _STRAIGHT
+    hopeless = (straight | (largest[:, 0, 0] == 0))[:, None, None]
+    regular = regular[:, None, None] & ~hopeless
+    circle = jnp.asarray(_circle(*q.shape[1:]), q.dtype)[None]  # a stand-in, where a branch could have no derivative
+    nearest = unit(jax.vmap(_nearest)(jnp.where(regular, start, circle), jnp.where(regular[:, 0], x, 0)))
+    others = jnp.where(regular | hopeless, circle, start)
+    gently = lax.cond(jnp.all(regular | hopeless), lambda q: q, lambda q: _close_gently(q, _GENTLE_STEPS), others)
+    closed = _close_gently(jnp.where(regular, nearest, gently), _POLISHING_STEPS)
+    return jnp.where(hopeless, start, closed)
 
 
-def _project_one(q: Float[Array, "d n"]) -> Float[Array, "d n"]:
+def _close_gently(q: Float[Array, "b d n"], steps: int) -> Float[Array, "b d n"]:
+    """As `close`, in damped steps along the normals of C within the sphere: they close all but straight lines."""
+
+    def step(_, q):
+        ends = closure(q)
+        x = _solve(_gram(q) - 4 * ends[..., :, None] * ends[..., None, :], ends)
+        size = jnp.sqrt(jnp.sum(x * x, axis=-1, keepdims=True) + _LONGEST**2)
+        return unit(q - normal(q, x * (_LONGEST / size)))
+
+    return lax.fori_loop(0, steps, step, q)
+
+
+def _circle(d: int, n: int) -> np.ndarray:
+    angle = 2 * np.pi * np.arange(n) / n
+    return np.concatenate([[np.cos(angle), np.sin(angle)], np.zeros((d - 2, n))])
+
+
+def _nearest(q: Float[Array, "d n"], x: Float[Array, " d"]) -> Float[Array, "d n"]:
+    """The p of the multiplier near x with which it is closed; its derivatives are those of the exact one."""
     import optimistix as optx
 
-    start = unit(q)
-
-    def moved(x, q):
-        point = q
-        for _ in range(_FIXED_POINT_STEPS):
-            point = unit(q - normal(point, x))
-        return point
-
-    tolerance = 8 * jnp.finfo(q.dtype).eps
-    solver = optx.Newton(rtol=float(tolerance), atol=float(tolerance))
-    near = lax.stop_gradient(close(start, _NEWTON_STEPS))
-    guess = _solve(_gram(near), normal_parts(near, start)) / inner(near, lax.stop_gradient(start))
+    tolerance = float(jnp.finfo(q.dtype).eps)
+    solver = optx.Newton(rtol=tolerance, atol=tolerance)
     found = optx.root_find(
-        lambda x, q: closure(moved(x, q)), solver, guess, args=start, max_steps=_NEWTON_STEPS, throw=False
+        lambda x, q: closure(_moved(q, x)[0]), solver, x, args=q, max_steps=_POLISHING_STEPS, throw=False
     )
-    return moved(found.value, start)
+    return _moved(q, found.value)[0]
+
+
+def _multiplier(q: Float[Array, "d n"]) -> tuple[Float[Array, " d"], Bool[Array, ""]]:
+    """The x with which the p of `_moved` is closed, and whether it was found: by damped Newton steps.
+
+    It minimises `D(x) = max_p <q, p> - |p|^2 / 2 - <x, p|p|>`, over all fields p: convex, with the gradient
+    `-closure(p)`. For p of C, `<q, p> <= sqrt(2 D(x))` with any x, with equality at the minimum: no p is nearer to q.
+    """
+    eps = float(jnp.finfo(q.dtype).eps)
+
+    def ends(x):
+        p, value = _moved(q, x)
+        return closure(p), (closure(p), value)
+
+    def step(state):
+        x, value, newton, _, share, count = state
+        ahead = x - share * newton
+        slope, (gap, there) = jax.jacfwd(ends, has_aux=True)(ahead)
+        found = ahead, there, _solve(slope, gap), jnp.linalg.norm(gap) / there
+        accepted = (jnp.sum(ahead * ahead) < _FARTHEST**2) & (there < value + 4 * eps) & jnp.isfinite(found[2]).all()
+        state = (jnp.where(accepted, a, b) for a, b in zip(found, state, strict=False))
+        return *state, jnp.where(accepted, jnp.minimum(4 * share, 1), share / 4), count + 1
+
+    def still_open(state):
+        return (state[3] > eps) & (state[4] > _SHORTEST) & (state[5] < _DUAL_STEPS)
+
+    zero, far = jnp.zeros(q.shape[0], q.dtype), jnp.full((), jnp.inf, q.dtype)
+    found = lax.while_loop(still_open, step, (zero, far, zero, far, jnp.ones((), q.dtype), 0))
+    return found[0], found[3] < eps**0.7
+
+
+def _moved(q: Float[Array, "d n"], x: Float[Array, " d"]) -> tuple[Float[Array, "d n"], Float[Array, ""]]:
+    """The p with the largest `<q, p> - |p|^2 / 2 - <x, p|p|>`, for `|x| < 1/2`, and that number.
+
+    There `q = p + sum_k x_k n_k(p)`. With `p = (|q| / t) u` for unit u, `t q/|q| - x = (1 + <x, u>) u`: an equation for
+    the number t of each sample.
+    """
+    size = norm(q)
+    direction = q / jnp.where(size > 0, size, 1)[None]
+    along, square = jnp.sum(x[:, None] * direction, axis=0), jnp.sum(x * x)
+    t = _ratio(*lax.stop_gradient((along, square)))
+    for _ in range(2):  # Exact already, these are for first and second derivatives.
+        root = jnp.sqrt(t * t - 2 * t * along + square)
+        miss = t * t - 3 * t * along + 2 * square - root
+        t = t - miss / (2 * t - 3 * along - (t - along) / root)
+    towards = t[None] * direction - x[:, None]
+    p = towards * (size / (t * norm(towards)))[None]
+    return p, jnp.mean(jnp.sum(q * p, axis=0)) / 2
+
+
+def _ratio(along: Float[Array, " n"], square: Float[Array, ""]) -> Float[Array, " n"]:
+    """The t of `_moved` for `<x, q/|q|>` and `|x|^2`, from the angle between p and q.
+
+    The tangent of half that angle is the one zero, from 0 to 1, of a polynomial, which rises there.
+    """
+    across = jnp.sqrt(jnp.maximum(square - along**2, 0))
+    more, less = 2 * (1 + along), 2 * (1 - along)
+
+    def step(_, state):
+        low, high, h = state
+        miss = h * (more + less * h * h) - across * (1 + h * h * (6 + h * h))
+        low, high = jnp.where(miss < 0, h, low), jnp.where(miss < 0, high, h)
+        slope = more + 3 * less * h * h - across * h * (12 + 4 * h * h)
+        ahead = h - miss / jnp.where(slope > 0, slope, 1)
+        return low, high, jnp.where((slope > 0) & (ahead >= low) & (ahead <= high), ahead, (low + high) / 2)
+
+    h = lax.fori_loop(0, _ANGLE_STEPS, step, (jnp.zeros_like(along), jnp.ones_like(along), across / more))[2]
+    cosine, sine = (1 - h * h) / (1 + h * h), 2 * h / (1 + h * h)
+    return (1 + 2 * (along * cosine - across * sine)) / cosine
 
 
 def close(q: Float[Array, "*b d n"], steps: int) -> Float[Array, "*b d n"]:
@@ -183,14 +298,6 @@ def _normal_frame(q: Float[Array, "*b d n"]) -> Float[Array, "*b d+1 d n"]:
     basis = jnp.eye(q.shape[-2], dtype=q.dtype)
     each = jax.vmap(lambda x: normal(q, jnp.broadcast_to(x, q.shape[:-1])), out_axes=-3)(basis)
     return jnp.concatenate([q[..., None, :, :], each], axis=-3)
-
-
-def as_field(name: str, q: ArrayLike) -> Float[Array, "*b d n"]:
-    """The array, if it is one of SRVFs or of their tangent vectors; else `ValueError`."""
-    q = jnp.asarray(q)
-    if q.ndim < 2 or q.shape[-2] < 2 or not jnp.issubdtype(q.dtype, jnp.floating):
-        raise ValueError(f"{name} has shape {q.shape} and dtype {q.dtype}: give real fields as (*batch, d, n), d >= 2.")
-    return q
 
 
 def great_circle(q1: Float[Array, "*b d n"], q2: Float[Array, "*b d n"], steps: int) -> Float[Array, "*b k d n"]:

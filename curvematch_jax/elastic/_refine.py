@@ -1,195 +1,220 @@
-"""Refinement of an alignment on the continuous problem: Gauss-Newton steps over a path of both curves.
+"""Refinement of paths on the continuous problem: Gauss-Newton steps in the path and the rotation together.
 
-Both curves are traversed at once, `gamma1 = tau - u` and `gamma2 = tau + u` with `u` periodic and `|u'| <= 1`; the warp
-is `gamma2(gamma1^-1)`. A path treats the curves alike, and either may stand still while the other moves.
-With u linear between its knots, the residual `q1(gamma1) sqrt(gamma1') - R q2(gamma2) sqrt(gamma2')` of a piece depends
-on two knots, so the Gauss-Newton matrix is cyclic tridiagonal, and one step costs O(knots). Its part in `u'`,
-`(1 / (1 - u'^2) + <q1, R q2> / sqrt(1 - u'^2)) / 2` for unit tangents, is a Fisher-Rao metric on warps: the steps are
-Sobolev steps. The rotation follows by its closed form at every evaluation. Steps are accepted only when they improve.
+Both curves are traversed at once: at the times `k/m` curve1 has the arc length `k/m - u_k` and curve2 `k/m + u_k`. u is
+periodic, `|u'| < 1`, and in between the curves' own parameters are linear. The residual of a piece,
+`q1(gamma1) sqrt(gamma1') - R q2(gamma2) sqrt(gamma2')` at its middle, depends on two of the u and on the rotation: the
+Gauss-Newton matrix is cyclic tridiagonal, bordered by the rotation's `d (d - 1) / 2` unknowns, and a step costs
+O(m log m). On a copy of a curve the residual vanishes at the solution, and the steps converge quadratically. They are
+damped, and accepted only when they improve.
 """
 
-from functools import reduce
-from operator import add
+from functools import partial
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float
 
-from ._lanes import cumulative, dot, mean_rows, once
-from ._rotation import best_rotation, covariance, rotate
-from ._table import look_up, value_at
+from ._cyclic import solve_cyclic
+from ._lanes import dot, fusion_barrier, multiply, rotate, running_sum, solve
+from ._lookup import lifted, periodic
+from ._rotation import cayley, covariance, generators
+from ._tables import CurveTable
 
-STEEPEST = 1 - 1e-3  # of u': neither curve ever stands quite still
+_STEEPEST = 1 - 1e-4  # of u': neither curve ever stands quite still
 _SHRINK = 0.15  # each curve keeps at least this share of its progress on a piece in one step
-_FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-3, 1e3
+_BALANCING = 2  # of slopes within their limits, to mean 0
+_FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-5, 1e3
+_EASING = 0.1  # of the damping after a step that improves
 
 
-class _State(NamedTuple):
-    """Where a refinement stands: the path, its squared chord, and the normal equations there."""
+class State(NamedTuple):
+    """Where a refinement stands: path, rotation, squared chord, and the normal equations there."""
 
-    u: Float[Array, "k l"]
+    u: Float[Array, "l m"]
+    rotation: Float[Array, "d d l"]
     chord: Float[Array, " l"]
-    slope: Float[Array, "k l"]
-    gradient: Float[Array, "k l"]
-    diagonal: Float[Array, "k l"]
-    beside: Float[Array, "k l"]
+    gradient: Float[Array, "l m"]
+    diagonal: Float[Array, "l m"]
+    beside: Float[Array, "l m"]  # couples k and k + 1
+    border: Float[Array, "g l m"]  # couples u and the rotation
+    corner: Float[Array, "g g l"]  # of the rotation alone
+    turning: Float[Array, "g l"]  # gradient in the rotation
 
 
-class _Products(NamedTuple):
-    """Inner products at the quadrature nodes, nodes of a piece first: of `q1` and `R q2`, and of their derivatives."""
+_LANES_LAST = ("rotation", "chord", "corner", "turning")
 
-    q_q: Float[Array, "m k l"]
-    dq_q: Float[Array, "m k l"]
-    q_dq: Float[Array, "m k l"]
-    dq_dq: Float[Array, "m k l"]
-    square1: Float[Array, "m k l"]
-    square2: Float[Array, "m k l"]
-    apart: Float[Array, "m k l"]  # |q1 - R q2|^2
+
+class _Sampled(NamedTuple):
+    """Both curves in the middle of every piece, and how knots move there."""
+
+    q1: Float[Array, "d l m"]
+    slope1: Float[Array, "d l m"]
+    q2: Float[Array, "d l m"]
+    slope2: Float[Array, "d l m"]
+    run1: Float[Array, "l m"]  # gamma'
+    run2: Float[Array, "l m"]
+    pace1: Float[Array, "l m"]  # parameter to arc length at the knots
+    pace2: Float[Array, "l m"]
 
 
 def refine(
-    t1: Int[Array, "d t l"], t2: Int[Array, "d t l"], u: Float[Array, "k l"], steps: int, nodes: int
-) -> tuple[Float[Array, "k l"], Float[Array, " l"]]:
-    """The path after `steps` damped Gauss-Newton steps, each lane with its own damping, and its squared chord.
+    first: CurveTable,
+    second: CurveTable,
+    u: Float[Array, "l m"],
+    rotation: Float[Array, "d d l"],
+    steps: int,
+    true: Bool[Array, ""] | None,
+    shifted: bool = False,
+) -> State:
+    """The state after `steps` damped steps, each lane with its own damping; the lanes of a pair follow each other.
 
-    The chord is `|q1(gamma1) sqrt(gamma1') - R q2(gamma2) sqrt(gamma2')|`, so the cosine is `1 - chord^2 / 2`; near 0 a
-    difference is precise where a rounded cosine is not.
-    `t1` and `t2` are packed tables of the curves' unit tangents at equal arc lengths.
+    `shifted` for steps in the start point and the rotation alone.
     """
+    move = _shifted if shifted else _moved
 
-    def step(carry, _):
-        old, damping = carry
-        new = _state(t1, t2, _moved(old, damping), nodes)
+    def step(carry, number):
+        old, damping, place = carry
+        new = _state(first, second, true, *place)
         better = new.chord < old.chord
-        kept = jax.tree.map(lambda x, y: jnp.where(better.reshape((1,) * (x.ndim - 1) + (-1,)), x, y), new, old)
-        lower, higher = jnp.maximum(damping * 0.3, _LEAST_DAMPING), jnp.minimum(damping * 8, _MOST_DAMPING)
-        return (kept, jnp.where(better, lower, higher)), None
+        damping = jnp.where(
+            better, jnp.maximum(damping * _EASING, _LEAST_DAMPING), jnp.minimum(damping * 8, _MOST_DAMPING)
+        )
+        state = _chosen(better, new, old)
+        place = lax.cond(number < steps, move, lambda state, _: (state.u, state.rotation), state, damping)
+        return (state, damping, place), None
 
-    first = _state(t1, t2, u, nodes)
-    damping = jnp.full_like(first.chord, _FIRST_DAMPING)
-    (last, _), _ = lax.scan(step, (first, damping), None, length=steps)
-    return last.u, last.chord
-
-
-def rotation_of(
-    t1: Int[Array, "d t l"], t2: Int[Array, "d t l"], u: Float[Array, "k l"], nodes: int
-) -> Float[Array, "d d l"]:
-    """The best rotation for a path."""
-    slope, x1, x2 = _places(u, nodes)
-    return best_rotation(_covariance(once(value_at, x1, t1), once(value_at, x2, t2), slope))
+    shapes = jax.eval_shape(partial(_state, first, second, None), u, rotation)
+    nothing = State(*(jnp.full(x.shape, jnp.inf, x.dtype) for x in shapes))
+    damping = jnp.full_like(u[:, 0], _FIRST_DAMPING / _EASING)
+    return lax.scan(step, (nothing, damping, (u, rotation)), jnp.arange(steps + 1))[0][0]
 
 
-def _state(t1: Int[Array, "d t l"], t2: Int[Array, "d t l"], u: Float[Array, "k l"], nodes: int) -> _State:
-    slope, x1, x2 = _places(u, nodes)
-    q1, dq1 = once(look_up, x1, t1)
-    q2, dq2 = once(look_up, x2, t2)
-    rotation = best_rotation(_covariance(q1, q2, slope))
-    products = once(_products, q1, dq1, q2, dq2, rotation)
-    split = _Products(*(x.reshape(nodes, *u.shape) for x in products))
-    return _State(u, _chord(split, slope), slope, *_normal_equations(split, slope))
+def _chosen(better: Bool[Array, " l"], new: State, old: State) -> State:
+    pick = lambda name, x, y: jnp.where(_beside(better, name, x), x, y)  # noqa: E731
+    return State(*map(pick, State._fields, new, old))
 
 
-def _chord(at: _Products, p: Float[Array, "k l"]) -> Float[Array, " l"]:
-    """`(sqrt(1 - p) - sqrt(1 + p))^2 + sqrt(1 - p^2) |q1 - R q2|^2`, integrated."""
-    s = jnp.sqrt(1 - p * p)
-    return mean_rows(2 * p * p / (1 + s) + s * (reduce(add, at.apart) / len(at.apart)))
+def _beside(better: Bool[Array, " l"], name: str, x: Array) -> Bool[Array, "..."]:
+    lanes = better if name in _LANES_LAST else better[:, None]
+    return lanes.reshape((1,) * (x.ndim - lanes.ndim) + lanes.shape)
 
 
-def _places(u: Float[Array, "k l"], nodes: int) -> tuple[Float[Array, "k l"], Float[Array, "n l"], Float[Array, "n l"]]:
-    """Slope of each piece, and where both curves are at the nodes: the first nodes of all pieces, then the second."""
-    knots = u.shape[0]
-    rise = jnp.roll(u, -1, axis=0) - u
-    at = jnp.concatenate([u + share * rise for share in _shares(nodes)])
-    time = (np.arange(knots)[None] + np.array(_shares(nodes))[:, None]) / knots
-    time = jnp.asarray(time.reshape(-1, 1), u.dtype)
-    return jnp.clip(rise * knots, -STEEPEST, STEEPEST), time - at, time + at
+def warps_of(
+    first: CurveTable, second: CurveTable, u: Float[Array, "l m"]
+) -> tuple[Float[Array, "l m+1"], Float[Array, "l m+1"]]:
+    """The path between the curves' own parameters."""
+    knots = u.shape[1]
+    u = jnp.concatenate([u, u[:, :1]], axis=1)
+    time = jnp.asarray(np.arange(knots + 1) / knots, u.dtype)
+    return _by_pairs(lifted, first.times, time[None] - u)[0], _by_pairs(lifted, second.times, time[None] + u)[0]
 
 
-def _shares(nodes: int) -> list[float]:
-    return [(i + 0.5) / nodes for i in range(nodes)]
+def from_warps(warp1: Float[Array, "l nodes"], warp2: Float[Array, "l nodes"], knots: int) -> Float[Array, "l {knots}"]:
+    """A path between arc lengths as u."""
+    middle = (warp1 + warp2) / 2
+    time = jnp.asarray(np.arange(knots) / knots, warp1.dtype)
+    place = time[None] - middle[:, :1]
+    place = place - jnp.floor(place) + middle[:, :1]
+    return jax.vmap(jnp.interp)(place, middle, (warp2 - warp1) / 2)
 
 
-def _covariance(q1: Float[Array, "d n l"], q2: Float[Array, "d n l"], slope: Float[Array, "k l"]):
-    weight = jnp.sqrt(1 - slope * slope)
-    return covariance(q1, q2 * jnp.concatenate([weight] * (q1.shape[1] // slope.shape[0]))[None])
+def _by_pairs(look_up, table, x, *rest):
+    """A look-up of several paths of each pair."""
+    pairs = table.shape[0]
+    found = look_up(table, *rest, x.reshape(pairs, -1))
+    return jax.tree.map(lambda y: y.reshape(*y.shape[:-2], *x.shape), found)
 
 
-def _products(q1, dq1, q2, dq2, rotation) -> tuple[Float[Array, "n l"], ...]:
-    q2, dq2 = rotate(rotation[:, :, None], q2), rotate(rotation[:, :, None], dq2)
-    apart = q1 - q2
-    return dot(q1, q2), dot(dq1, q2), dot(q1, dq2), dot(dq1, dq2), dot(dq1, dq1), dot(dq2, dq2), dot(apart, apart)
+def _sampled(first: CurveTable, second: CurveTable, u: Float[Array, "l m"]) -> _Sampled:
+    knots = u.shape[1]
+    time = jnp.asarray(np.arange(knots) / knots, u.dtype)
+    found = []
+    for table, place in ((first, time[None] - u), (second, time[None] + u)):
+        knot, pace = _by_pairs(lifted, table.times, place)
+        after = jnp.concatenate([knot[:, 1:], knot[:, :1] + 1], axis=1)
+        q, slope = _by_pairs(periodic, table.srvf, (knot + after) / 2, table.count)
+        found.append((q, slope, jnp.maximum(after - knot, 1e-9) * knots, pace))
+    (q1, slope1, run1, pace1), (q2, slope2, run2, pace2) = found
+    return _Sampled(q1, slope1, q2, slope2, run1, run2, pace1, pace2)
 
 
-def _normal_equations(at: _Products, p: Float[Array, "k l"]) -> tuple[Float[Array, "k l"], ...]:
-    """Gradient of the cosine, and diagonal and off-diagonal of the Gauss-Newton matrix, in the knots' u.
-
-    Tangents are unit, so `<q, q'> = 0`, which the formulas use.
-    """
-    nodes, knots, _ = at.q_q.shape
-    s = jnp.sqrt(1 - p * p)
-    left = right = left_left = right_right = left_right = jnp.zeros_like(p)
-    for i, share in enumerate(_shares(nodes)):
-        rest = 1 - share
-        along_u = (at.q_dq[i] - at.dq_q[i]) * s
-        along_p = -knots * at.q_q[i] * p / s
-        u_u = at.square1[i] * (1 - p) + at.square2[i] * (1 + p) + 2 * s * at.dq_dq[i]
-        u_p = knots / 2 * (at.dq_q[i] * (1 - p) + at.q_dq[i] * (1 + p)) / s
-        p_p = knots * knots / 2 * (1 / s + at.q_q[i]) / s
-        left, right = left + along_u * rest - along_p, right + along_u * share + along_p
-        left_left = left_left + u_u * rest * rest - 2 * u_p * rest + p_p
-        right_right = right_right + u_u * share * share + 2 * u_p * share + p_p
-        left_right = left_right + u_u * share * rest + u_p * (rest - share) - p_p
-    weight = 1 / (knots * nodes)
-    gradient, diagonal = left + jnp.roll(right, 1, axis=0), left_left + jnp.roll(right_right, 1, axis=0)
-    return gradient * weight, diagonal * weight, left_right * weight
+def _state(first: CurveTable, second: CurveTable, true, u: Float[Array, "l m"], rotation) -> State:
+    at = fusion_barrier(partial(_sampled, first, second), true, u)
+    vectors = fusion_barrier(_vectors, true, at, rotation)
+    return State(u, rotation, *_normal_equations(*vectors))
 
 
-def _moved(here: _State, damping: Float[Array, " l"]) -> Float[Array, "k l"]:
-    """The path after one damped step, both curves still moving forwards."""
-    knots, p = here.u.shape[0], here.slope
-    change = solve_cyclic(here.diagonal * (1 + damping[None]) + 1e-6 * knots, here.beside, here.gradient)
-    keep = 1 - _SHRINK
-    slope = p + knots * (jnp.roll(change, -1, axis=0) - change)
-    slope = jnp.clip(slope, p - keep * (1 + p), p + keep * (1 - p))
-    slope = jnp.clip(slope, -STEEPEST, STEEPEST)
-    room = 1 - slope * slope
-    slope = slope - mean_rows(slope)[None] * room / mean_rows(room)[None]
-    moved = cumulative(slope) / knots
-    return moved + mean_rows(here.u + change - moved)[None]
+def _vectors(at: _Sampled, rotation: Float[Array, "d d l"]):
+    """Of every piece: the residual, `R q2 sqrt(gamma2')`, and the residual's derivatives in u at its two ends."""
+    knots = at.run1.shape[1]
+    root1, root2 = jnp.sqrt(at.run1)[None], jnp.sqrt(at.run2)[None]
+    turn = rotation[..., None]
+    along1, along2 = at.slope1 * (root1 / 2), rotate(turn, at.slope2) * (root2 / 2)
+    turned = rotate(turn, at.q2)
+    longer1, longer2 = at.q1 * (knots / 2 / root1), turned * (knots / 2 / root2)
+    pace1, pace2 = at.pace1[None], at.pace2[None]
+    after1, after2 = (jnp.roll(pace, -1, axis=-1) for pace in (pace1, pace2))
+    left = (longer1 - along1) * pace1 + (longer2 - along2) * pace2
+    right = -(longer1 + along1) * after1 - (longer2 + along2) * after2
+    return at.q1 * root1 - turned * root2, turned * root2, left, right
 
 
-def solve_cyclic(
-    diagonal: Float[Array, "n l"], beside: Float[Array, "n l"], right: Float[Array, "n l"]
-) -> Float[Array, "n l"]:
-    """Solve a symmetric positive definite cyclic tridiagonal system; `beside[k]` couples k and k+1, the last wraps.
+def _normal_equations(residual, q2, left, right):
+    """The squared chord, normalised, and gradient and Gauss-Newton matrix of half of it."""
+    share = 1 / residual.shape[-1]
+    both = lambda x, y: (x + jnp.roll(y, 1, axis=-1)) * share  # noqa: E731
+    turned = generators(q2)  # how the residual changes as the rotation is turned back
+    gradient, diagonal = both(dot(left, residual), dot(right, residual)), both(dot(left, left), dot(right, right))
+    border = jnp.stack([both(dot(left, w), dot(right, w)) for w in turned])
+    mean = lambda x: jnp.mean(x, axis=-1)  # noqa: E731
+    corner = jnp.stack([jnp.stack([mean(dot(v, w)) for v in turned]) for w in turned])
+    turning = jnp.stack([mean(dot(w, residual)) for w in turned])
+    size2 = mean(dot(q2, q2))
+    more = mean(dot(residual, residual + 2 * q2))  # |q1|^2 - |q2|^2
+    size = jnp.sqrt(size2) + jnp.sqrt(size2 + more)
+    chord = (mean(dot(residual, residual)) - (more / size) ** 2) / jnp.sqrt(size2 * (size2 + more))
+    return chord, gradient, diagonal, dot(left, right) * share, border, corner, turning
 
-    The Thomas algorithm along the first axis, with the corner entries by the Sherman-Morrison formula.
-    """
-    corner, pivot = beside[-1], -diagonal[0]
-    diagonal = diagonal.at[0].add(-pivot).at[-1].add(-corner * corner / pivot)
-    above = beside.at[-1].set(0)
-    below = jnp.roll(above, 1, axis=0)
-    border = jnp.zeros_like(right).at[0].set(pivot).at[-1].set(corner)
-    sides = jnp.stack([right, border], axis=1)
 
-    def down(carry, row):
-        ratio, value = carry
-        middle, lower, upper, side = row
-        inverse = 1 / (middle - lower * ratio)
-        state = (upper * inverse, (side - lower[None] * value) * inverse[None])
-        return state, state
+def _moved(here: State, damping: Float[Array, " l"]) -> tuple[Float[Array, "l m"], Float[Array, "d d l"]]:
+    """Path and rotation after one damped step, both curves still moving forwards."""
+    knots = here.u.shape[1]
+    diagonal = here.diagonal * (1 + damping[:, None]) + 1e-6 * knots
+    sides = jnp.concatenate([here.gradient[None], here.border])
+    solved = solve_cyclic(diagonal, here.beside, sides)
+    coupling = covariance(here.border, solved) * knots
+    corner = here.corner * (1 + 1e-6 * jnp.eye(len(here.corner), dtype=damping.dtype)[..., None])
+    turn = solve(corner - coupling[:, 1:], (here.turning - coupling[:, 0])[:, None])[:, 0]
+    change = dot(solved[1:], turn[..., None]) - solved[0]
+    rotation = multiply(cayley(turn, here.rotation.shape[0]), here.rotation)
+    return _within_limits(here.u, change), rotation
 
-    def up(after, row):
-        ratio, value = row
-        solved = value - ratio[None] * after
-        return solved, solved
 
-    zero = (jnp.zeros_like(corner), jnp.zeros_like(sides[0]))
-    _, rows = lax.scan(down, zero, (diagonal, below, above, sides))
-    solved = lax.scan(up, zero[1], rows, reverse=True)[1]
-    x, z = solved[:, 0], solved[:, 1]
-    factor = (x[0] + corner * x[-1] / pivot) / (1 + z[0] + corner * z[-1] / pivot)
-    return x - factor[None] * z
+def _shifted(here: State, damping: Float[Array, " l"]) -> tuple[Float[Array, "l m"], Float[Array, "d d l"]]:
+    """The same with all of u moved as one."""
+    border = jnp.sum(here.border, axis=2)
+    curvature = jnp.sum(here.diagonal + 2 * here.beside, axis=1) * (1 + damping)
+    sides = jnp.concatenate([jnp.sum(here.gradient, axis=1)[None], border]) / jnp.maximum(curvature, 1e-9)[None]
+    corner = here.corner * (1 + 1e-6 * jnp.eye(len(here.corner), dtype=damping.dtype)[..., None])
+    turn = solve(corner - border[:, None] * sides[None, 1:], (here.turning - border * sides[:1])[:, None])[:, 0]
+    change = dot(sides[1:], turn) - sides[0]
+    return here.u + change[:, None], multiply(cayley(turn, here.rotation.shape[0]), here.rotation)
+
+
+def _within_limits(u: Float[Array, "l m"], change: Float[Array, "l m"]) -> Float[Array, "l m"]:
+    knots = u.shape[1]
+    rise = lambda x: (jnp.roll(x, -1, axis=1) - x) * knots  # noqa: E731
+    average = lambda x: jnp.mean(x, axis=1, keepdims=True)  # noqa: E731
+    old, keep = jnp.clip(rise(u), -_STEEPEST, _STEEPEST), 1 - _SHRINK
+    low = jnp.maximum(old - keep * (1 + old), -_STEEPEST)
+    high = jnp.minimum(old + keep * (1 - old), _STEEPEST)
+    slope = jnp.clip(old + rise(change), low, high)
+    for _ in range(_BALANCING):
+        room = 1 - slope * slope
+        slope = jnp.clip(slope - average(slope) / average(room) * room, low, high)
+    slope = slope - average(slope)
+    moved = running_sum(slope) / knots
+    return moved + average(u + change - moved)

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
-from ._lanes import dot, frobenius, mean_rows
+from ._lanes import dot, frobenius, solve
 
 _NEWTON_STEPS = 8
 _SQUARINGS = 18
@@ -101,12 +101,26 @@ def _kabsch(c: Float[Array, "d d *l"]) -> Float[Array, "d d *l"]:
     return jnp.moveaxis(u @ vh, (-2, -1), (0, 1))
 
 
-def rotate(rotation: Float[Array, "d d *l"], field: Float[Array, "d *k"]) -> Float[Array, "d *k"]:
-    """`R q`, pointwise; `rotation` has the rank of `field` plus one, with length-1 axes where it is constant."""
-    d = field.shape[0]
-    return jnp.stack([sum(rotation[i, j] * field[j] for j in range(d)) for i in range(d)])
+def generators(q: Float[Array, "d *k"]) -> list[Float[Array, "d *k"]]:
+    """`E q` for a basis E of the antisymmetric matrices."""
+    found = []
+    for i in range(len(q)):
+        for j in range(i + 1, len(q)):
+            rows = [jnp.zeros_like(q[0])] * len(q)
+            rows[i], rows[j] = q[j], -q[i]
+            found.append(jnp.stack(rows))
+    return found
 
 
-def covariance(q1: Float[Array, "d n l"], q2: Float[Array, "d n l"]) -> Float[Array, "d d l"]:
+def cayley(x: Float[Array, "g *l"], d: int) -> Float[Array, "d d *l"]:
+    """`(1 - A/2)^-1 (1 + A/2)` for `A = sum_k x_k E_k`: a rotation, `exp(A)` but for terms of third order."""
+    lanes = (1,) * (x.ndim - 1)
+    one = jnp.eye(d, dtype=x.dtype)
+    half = sum(value[None, None] * e.reshape(d, d, *lanes) for value, e in zip(x, generators(one), strict=True)) / 2
+    one = one.reshape(d, d, *lanes)
+    return solve(one - half, one + half)
+
+
+def covariance(q1: Float[Array, "d l n"], q2: Float[Array, "e l n"]) -> Float[Array, "d e l"]:
     """`C = mean_k q1_k q2_k^T`."""
-    return mean_rows(jnp.stack([jnp.stack([x * y for y in q2]) for x in q1]))
+    return jnp.mean(q1[:, None] * q2[None], axis=-1)

@@ -2,14 +2,12 @@
 
 from functools import reduce
 from operator import add
+from typing import NamedTuple
 
 import jax.numpy as jnp
-from jax import lax
 from jaxtyping import Array, Float, Int
 
 from ._rotation import rotation_gain
-
-_NOT_A_PEAK = 2.0
 
 
 def shift_covariances(t1: Float[Array, "b d n"], t2: Float[Array, "b d n"]) -> Float[Array, "d d n b"]:
@@ -20,25 +18,24 @@ def shift_covariances(t1: Float[Array, "b d n"], t2: Float[Array, "b d n"]) -> F
     return jnp.moveaxis(jnp.fft.irfft(product, n=n, axis=-1).astype(t1.dtype) / n, 0, -1)
 
 
-def find_starts(
-    c: Float[Array, "d d n b"], count: int
-) -> tuple[Int[Array, "{count} b"], Float[Array, "d d {count} b"]]:
-    """The shifts of the `count` highest local maxima of the rotation gain, best first, and their covariances.
+class Peak(NamedTuple):
+    """The best shift of one curve against another.
 
-    Where there are fewer maxima, the highest other shifts follow.
+    Between the samples it is the vertex of the parabola through the gain at the peak and beside it; `weights` are those
+    of the parabola through three samples there, the nearest in the middle, and `covariance` is so interpolated.
     """
-    gain = rotation_gain(c)
-    peak = (gain >= jnp.roll(gain, 1, axis=0)) & (gain > jnp.roll(gain, -1, axis=0))
-    _, shift = lax.top_k(jnp.where(peak, gain, gain - _NOT_A_PEAK).T, count)
-    shift = shift.T
-    return shift, jnp.take_along_axis(c, shift[None, None], axis=2)
+
+    shift: Float[Array, " b"]  # in samples
+    nearest: Int[Array, " b"]
+    weights: tuple[Float[Array, " b"], Float[Array, " b"], Float[Array, " b"]]
+    covariance: Float[Array, "d d b"]
 
 
-def peak_shift(c: Float[Array, "d d n b"]) -> tuple[Float[Array, " b"], Float[Array, "d d b"]]:
-    """The best shift, in samples: vertex of the parabola through the peak; and the covariance there."""
+def best_start(c: Float[Array, "d d n b"]) -> Peak:
+    """The shift with the largest rotation gain."""
     gain = rotation_gain(c)
     n = gain.shape[0]
-    top = jnp.argmax(gain, axis=0)
+    top = jnp.argmax(gain, axis=0).astype(jnp.int32)
 
     def at(field, offset):
         index = ((top + offset) % n).reshape((1,) * (field.ndim - 1) + (-1,))
@@ -50,4 +47,4 @@ def peak_shift(c: Float[Array, "d d n b"]) -> tuple[Float[Array, " b"], Float[Ar
     x = jnp.clip(offset, -0.5, 0.5)
     weights = (x * (x - 1) / 2, 1 - x * x, x * (x + 1) / 2)
     covariance = reduce(add, (w[None, None] * at(c, k) for w, k in zip(weights, (-1, 0, 1), strict=True)))
-    return top.astype(x.dtype) + x, covariance
+    return Peak(top.astype(x.dtype) + x, top, weights, covariance)

@@ -1,73 +1,76 @@
-"""Tables of many curves: what an aligner needs to know of each, computed once."""
-
-from __future__ import annotations
+"""What the search and the refinement need to know of a curve, in tables whose size does not depend on its samples."""
 
 import functools as ft
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
-from . import _chunks as chunks
-from ._align import represent_for
-from ._aligner import Aligner
-from ._curve import Representative, represent
+from ._curve import norm, velocity
+from ._frame import AnyArray
+from ._lanes import running_sum
+from ._lookup import divided, nearest
+
+CAPACITY = 2048
+_PER_SAMPLE = 10  # entries to a sample of the curve, where there is room
+_TANGENTS = 512  # entries at equal arc lengths
+_TIMES = 256
 
 
-@dataclass(frozen=True, eq=False)
-class Tables:
-    """C curves as one aligner sees them; indexed along the curves, like an array.
+class CurveTable(NamedTuple):
+    """Curves as alignment sees them; parameters and arc lengths in turns.
 
-    Attributes:
-        curves: arrays of numpy. Without warps `tangents` alone, `(C, d, grid)`; the others are empty.
-        aligner: whose they are.
+    `srvf` has its entries at equal parameters, a whole number of them to a sample where there is room: curves whose
+    samples are counted from another one have the same entries. The other two are at equal arc lengths; they are for the
+    search, and a coordinate for the refinement, in which curves have unit speed: only `srvf` is measured.
     """
 
-    curves: Representative
-    aligner: Aligner
-
-    @classmethod
-    def joined(cls, several: Sequence[Tables]) -> Tables:
-        """Tables of one aligner as those of all curves."""
-        pieces = [tables.curves for tables in several]
-        return cls(jax.tree.map(lambda *column: np.concatenate(column), *pieces), several[0].aligner)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return self.curves.tangents.shape
-
-    @property
-    def dtype(self) -> Any:
-        return self.curves.tangents.dtype
-
-    def __len__(self) -> int:
-        return len(self.curves.tangents)
-
-    def __getitem__(self, index: slice | np.ndarray) -> Tables:
-        return Tables(jax.tree.map(lambda table: table[index], self.curves), self.aligner)
+    srvf: Float[Array, "b d c"]  # of unit norm; the first `count` entries, then zeros
+    count: Int[Array, " b"]
+    tangents: Float[Array, "b d t"]
+    times: Float[Array, "b t+1"]  # parameters at equal arc lengths, 0 to 1
 
 
-def tables_of(curves: np.ndarray, aligner: Aligner) -> Tables:
-    """The tables of curves `(C, d, n)` without repeated samples."""
-    size = aligner.chunk
-    shapes = jax.eval_shape(ft.partial(_tabulate_chunk, aligner), chunks.padded(curves[:size], size))
-    tables = jax.tree.map(lambda shape: np.empty((len(curves), *shape.shape[1:]), shape.dtype), shapes)
-
-    def compute(part: slice) -> Representative:
-        return _tabulate_chunk(aligner, chunks.padded(curves[part], size))
-
-    for part, found in chunks.run(compute, (slice(s, s + size) for s in range(0, len(curves), size))):
-        for table, values in zip(tables, found, strict=True):
-            table[part] = values[: len(curves[part])]
-    return Tables(tables, aligner)
+def tabulate(curve: Float[AnyArray, "b d n"], times: int = _TIMES) -> CurveTable:
+    """The tables of closed curves. A new n compiles their derivative alone."""
+    n = curve.shape[-1]
+    count = n * min(_PER_SAMPLE, CAPACITY // n) if n <= CAPACITY else CAPACITY
+    return _tables(_velocity(curve, count), jnp.asarray(count, jnp.int32), times)
 
 
-@ft.partial(jax.jit, static_argnums=0)
-def _tabulate_chunk(aligner: Aligner, curves: Float[Array, "b d n"]) -> Representative:
-    if aligner.slope:
-        return represent_for(aligner, curves)
-    nothing = curves[:, 0, :0]
-    return Representative(represent(curves, aligner.grid, aligner.fineness).tangents, nothing, nothing)
+@ft.partial(jax.jit, static_argnums=1)
+def _velocity(curve: Float[AnyArray, "b d n"], count: int) -> Float[Array, "b d c"]:
+    return jnp.pad(velocity(curve, count), ((0, 0), (0, 0), (0, CAPACITY - count)))
+
+
+@ft.partial(jax.jit, static_argnums=2)
+def _tables(speed_vector: Float[Array, "b d c"], count: Int[Array, ""], times: int) -> CurveTable:
+    speed = jnp.asarray(norm(speed_vector))
+    mean = jnp.sum(speed, axis=-1, keepdims=True) / count.astype(speed.dtype)
+    srvf = speed_vector / jnp.sqrt(jnp.where(speed > 0, speed, 1) * jnp.where(mean > 0, mean, 1))[:, None]
+    counts = jnp.broadcast_to(count, speed.shape[:1])
+    at = _times(speed, count, times)
+    direction = jnp.moveaxis(nearest(srvf, counts, divided(at, _TANGENTS)[:, :-1]), 0, 1)
+    size = norm(direction)[:, None]
+    return CurveTable(srvf, counts, direction / jnp.where(size > 0, size, 1), at)
+
+
+def _times(speed: Float[Array, "b c"], count: Int[Array, ""], entries: int) -> Float[Array, "b {entries}+1"]:
+    """Parameters at which the arc length is `k/entries`, from arc lengths at every few entries of the speed."""
+    block = CAPACITY // entries
+    arcs = running_sum(jnp.sum(speed.reshape(len(speed), entries, block), axis=-1))
+    whole = jnp.sum(speed, axis=-1, keepdims=True)
+    arcs = jnp.concatenate([arcs / jnp.where(whole > 0, whole, 1), jnp.ones_like(whole)], axis=1)
+    nodes = jnp.minimum(jnp.asarray(np.arange(entries + 1) * block, jnp.int32), count).astype(
+        speed.dtype
+    ) / count.astype(speed.dtype)
+    first_beyond = jnp.clip(jnp.ceil(arcs * entries), 0, entries).astype(jnp.int32)
+    counts = jax.vmap(lambda at: jnp.zeros(entries + 1, jnp.int32).at[at].add(1))(first_beyond)
+    after = jnp.clip(jnp.cumsum(counts, axis=-1), 1, entries)
+    low, high = (jnp.take_along_axis(arcs, at, axis=1) for at in (after - 1, after))
+    target = jnp.asarray(np.arange(entries + 1) / entries, speed.dtype)
+    share = jnp.clip((target[None] - low) / jnp.where(high > low, high - low, 1), 0, 1)
+    start = nodes[after - 1]
+    return start + (nodes[after] - start) * share

@@ -8,7 +8,7 @@ from itertools import islice
 
 import numpy as np
 
-from ..elastic import Aligner, signatures, tabulate
+from ..elastic import Aligner, bounded, signatures, tabulate
 from ..surface import Parts
 from ._matching import BEST, Matching, Unit
 from ._parts_file import require_same_settings
@@ -65,7 +65,7 @@ class Collection:
         return cls(
             names=tuple(names),
             stack=joined(stacks),
-            signatures=None if matching.aligner.slope else np.concatenate(marks),
+            signatures=np.concatenate(marks) if bounded(matching.aligner) else None,
             sample=sample,
             aligner=matching.aligner,
             unit=matching.unit,
@@ -95,11 +95,11 @@ class Collection:
 
 
 def _ready(members: Stack, aligner: Aligner) -> tuple[Stack, np.ndarray | None]:
-    """The stack with tables for curves, and signatures (P, L, S); as it is for an aligner that warps.
+    """The stack with tables for curves, and signatures (P, L, S); as it is for an aligner without bounds.
 
-    Tables for warps are ten times as large as the curves, and take much less time than the alignments.
+    Its tables are ten times as large as the curves, and take much less time than the alignments.
     """
-    if aligner.slope:
+    if not bounded(aligner):
         return members, None
     tables = tabulate(np.asarray(members.curves), aligner)
     marks = signatures(tables)

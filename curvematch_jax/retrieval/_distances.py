@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..elastic import Aligner, pair_distances
+from ..elastic import Aligner, Rigid, pair_distances
 from ._matching import ISOMETRY_DECAY, MAX_ISOMETRY_RATIO, MAX_LOG_RATIO, Matching
 from ._stack import Stack
 
@@ -79,7 +79,7 @@ def shortlist(distances: np.ndarray, starts: np.ndarray, candidates: int) -> np.
 
 def rough_distances(first: Stack, second: Stack, pairs: np.ndarray, matching: Matching) -> np.ndarray:
     """What candidates are chosen by: sizes, which cost next to nothing, or else shapes without reparametrisation."""
-    rigid = matching.aligner if matching.aligner.slope == 0 else Aligner.rigid()
+    rigid = Rigid(measured=False) if matching.aligner.warps else matching.aligner
     return part_distances(first, second, pairs, matching, None if matching.sized else rigid)
 
 

@@ -12,7 +12,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from ..elastic import Aligner
+from ..elastic import Aligner, Rigid
 
 Fusion = Literal["belief", "weighted", "mean"]
 Masses = Literal["odds", "shares"]
@@ -69,7 +69,7 @@ class Matching:
         scale: radians; see `masses`.
     """
 
-    aligner: Aligner = field(default_factory=Aligner.rigid)
+    aligner: Aligner = field(default_factory=lambda: Rigid(measured=False))
     candidates: int = 2
     length_weight: float = 0.25
     front_weight: float = 0.25

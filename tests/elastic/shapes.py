@@ -51,24 +51,26 @@ def warps(seed: int, lanes: int, n: int, rough: float = 0.4) -> np.ndarray:
     return gamma + random.uniform(-1, 1, size=lanes)
 
 
+def lifts(seed: int, lanes: int, m: int, rough: float = 0.4) -> tuple[np.ndarray, np.ndarray]:
+    """Random paths of two curves: both warps, `(lanes, m + 1)` each."""
+    return warps(seed, lanes, m, rough).T, warps(seed + 1000, lanes, m, rough).T
+
+
 def paths(seed: int, lanes: int, knots: int, steep: float = 0.6) -> np.ndarray:
-    """Random paths `(knots, lanes)`: periodic u with `|u'| <= steep`, around different start points."""
+    """Random paths `(lanes, knots)`: periodic u with `|u'| <= steep`, around different start points."""
     random = np.random.default_rng(seed)
-    slope = random.uniform(-1, 1, size=(knots, lanes))
-    slope -= slope.mean(axis=0)
-    slope *= steep / np.abs(slope).max(axis=0)
-    u = np.cumsum(slope, axis=0) / knots
-    return u - u.mean(axis=0) + random.uniform(-0.5, 0.5, size=lanes)
+    slope = random.uniform(-1, 1, size=(lanes, knots))
+    slope -= slope.mean(axis=1, keepdims=True)
+    slope *= steep / np.abs(slope).max(axis=1, keepdims=True)
+    u = np.cumsum(slope, axis=1) / knots
+    return u - u.mean(axis=1, keepdims=True) + random.uniform(-0.5, 0.5, size=(lanes, 1))
 
 
-def unit_tangents(seed: int, count: int, t: int, d: int = 3, modes: int = 3) -> np.ndarray:
-    """Smooth closed fields of unit vectors `(d, t, count)`, lanes last: directions of Fourier curves."""
-    random = np.random.default_rng(seed)
-    k = np.arange(1, modes + 1)[:, None]
-    angle = 2 * np.pi * k * np.arange(t) / t
-    cos, sin = random.normal(size=(2, count, d, modes)) / k[:, 0] ** 2
-    field = np.moveaxis(cos @ np.cos(angle) + sin @ np.sin(angle), 0, -1)
-    return field / np.linalg.norm(field, axis=0)
+def polygon(n: int, corners: int = 4) -> np.ndarray:
+    """A regular polygon in the plane, samples at equal arc lengths, one on every corner."""
+    angle = 2 * np.pi * np.arange(corners + 1) / corners
+    place = np.arange(n) * corners / n
+    return np.stack([np.interp(place, np.arange(corners + 1), f(angle)) for f in (np.cos, np.sin)])
 
 
 def spectral(curve: np.ndarray, x: np.ndarray, order: int = 0) -> np.ndarray:
@@ -88,16 +90,23 @@ def srvf(curve: np.ndarray, x: np.ndarray) -> np.ndarray:
     return velocity / np.sqrt(np.linalg.norm(velocity, axis=0))
 
 
-def certified(curve1: np.ndarray, curve2: np.ndarray, rotation, warp, nodes: int = 4) -> float:
-    """The angle between `q1` and `R q2(gamma) sqrt(gamma')` of one pair, by definition; `nodes` to an interval."""
-    n = len(warp) - 1
+def certified(curve1: np.ndarray, curve2: np.ndarray, rotation, warp1, warp2, nodes: int = 4) -> float:
+    """The angle between `q1(warp1) sqrt(warp1')` and `R q2(warp2) sqrt(warp2')` of one pair, by definition."""
     share = (np.arange(nodes) + 0.5) / nodes
-    steps = np.diff(np.asarray(warp, float))
-    t = ((np.arange(n)[:, None] + share) / n).ravel()
-    x = (np.asarray(warp, float)[:-1, None] + share * steps[:, None]).ravel()
-    q1 = srvf(curve1.astype(float), t)
-    q2 = np.asarray(rotation, float) @ srvf(curve2.astype(float), x) * np.repeat(np.sqrt(steps * n), nodes)
-    return float(np.arccos(np.sum(q1 * q2) / np.linalg.norm(q1) / np.linalg.norm(q2)))
+
+    def carried(curve, warp):
+        steps = np.diff(np.asarray(warp, float))
+        x = (np.asarray(warp, float)[:-1, None] + share * steps[:, None]).ravel()
+        return srvf(curve.astype(float), x) * np.repeat(np.sqrt(steps * len(steps)), nodes)
+
+    q1, q2 = carried(curve1, warp1), np.asarray(rotation, float) @ carried(curve2, warp2)
+    return float(np.arccos(min(np.sum(q1 * q2) / np.linalg.norm(q1) / np.linalg.norm(q2), 1.0)))
+
+
+def lift(x: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """The lift through `(nodes, values)`, both growing by 1 over the whole, at any real x: of one lane, by numpy."""
+    turns = np.floor(x - nodes[0])
+    return np.interp(x - turns, nodes, values) + turns
 
 
 def kabsch(c: np.ndarray) -> np.ndarray:

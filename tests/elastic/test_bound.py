@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from elastic.shapes import fourier, moved
 
-from curvematch_jax.elastic import Aligner, least_distance, pair_distances, signatures, tabulate
+from curvematch_jax.elastic import Aligner, Rigid, bounded, least_distance, pair_distances, signatures, tabulate
 
-RIGID = Aligner.rigid()
+RIGID = Rigid(measured=False)
 
 
 @pytest.fixture(name="curves", scope="module")
@@ -44,6 +44,9 @@ def test_signatures_forget_rotation_scale_and_start(curves):
     np.testing.assert_allclose(found, expected, atol=0.03)  # other places of the 64 tangents
 
 
-def test_warps_have_no_signatures(curves):
-    with pytest.raises(ValueError, match="without warps only"):
-        signatures(tabulate(curves[:2], Aligner.fast()))
+@pytest.mark.parametrize("aligner", [Rigid(), Aligner.fast()], ids=["measured", "fast"])
+def test_other_distances_have_no_signatures(curves, aligner):
+    assert bounded(RIGID)
+    assert not bounded(aligner)
+    with pytest.raises(ValueError, match=r"bound the distances of Rigid\(measured=False\), not those of"):
+        signatures(tabulate(curves[:2], aligner))

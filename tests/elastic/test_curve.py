@@ -1,13 +1,17 @@
-"""Length, centre, resampling, and the tables of a curve, against closed forms and plain sums of waves."""
+"""Length, centre and resampling, against closed forms and plain sums of waves."""
+
+import logging
+import warnings
 
 import jax
 import numpy as np
 import pytest
-from elastic.shapes import ellipse, fourier, moved, spectral
+from elastic.shapes import ellipse, fourier, moved, spectral, warps, x64
 from scipy.special import ellipe
 
 from curvematch_jax.elastic import _curve as curves
-from curvematch_jax.elastic import centre, length, resample
+from curvematch_jax.elastic import centre, length, resample, to_curve, to_srvf
+from curvematch_jax.elastic._distinct import distinct, original_parameter
 
 
 @pytest.mark.parametrize(("n", "relative"), [(16, 2e-5), (64, 1e-6), (400, 1e-6)])
@@ -68,26 +72,126 @@ def test_resampling_needs_three_samples():
         resample(ellipse(20), 2)
 
 
-@pytest.mark.parametrize("fineness", [1, 2, 3, 8])
-def test_representative_follows_the_curve(fineness):
-    """With fewer arcs than samples of the speed, with more, and with a number that does not divide them."""
-    n, grid = 50, 64
-    curve = fourier(7, n=n)
-    found = jax.tree.map(lambda x: np.asarray(x[0]), curves.represent(jax.numpy.asarray(curve)[None], grid, fineness))
-    fine = np.arange(20001) / 20000
-    speed = np.linalg.norm(spectral(curve, fine, order=1), axis=0)
-    arc = np.concatenate([[0], np.cumsum((speed[1:] + speed[:-1]) / 2)])
-    arc /= arc[-1]
-    m = fineness * n
-    np.testing.assert_allclose(found.arcs, np.interp(np.arange(m + 1) / m, fine, arc), atol=6e-4)
-    assert np.diff(found.arcs).min() > 0
-    np.testing.assert_allclose(found.arcs[[0, -1]], [0, 1], atol=1e-6)
-    time = np.interp(np.arange(grid + 1) / grid, arc, fine)
-    np.testing.assert_allclose(found.times, time, atol=5e-4)
-    np.testing.assert_allclose(np.linalg.norm(found.tangents, axis=0), 1, atol=1e-5)
-    direction = spectral(curve, time[:-1], order=1)
-    direction = direction / np.linalg.norm(direction, axis=0)
-    np.testing.assert_allclose(found.tangents, direction, atol=0.02)
+def repeats(curve):
+    """The curve with repeated samples, in several ways."""
+    n = curve.shape[-1]
+    yield "twice", np.repeat(curve, 2, axis=-1)
+    yield "runs", np.repeat(curve, 1 + 3 * (np.arange(n) % 7 == 2), axis=-1)
+    yield "end", np.concatenate([curve, curve[..., :1], curve[..., :1]], axis=-1)
+    yield "start", np.concatenate([curve[..., :1], curve[..., :1], curve], axis=-1)
+    yield (
+        "noise",
+        np.repeat(curve, 2, axis=-1) + 1e-9 * np.random.default_rng(0).normal(size=(*curve.shape[:-1], 2 * n)),
+    )
+
+
+@pytest.mark.parametrize("n", [40, 41])
+@pytest.mark.parametrize("name", ["twice", "runs", "end", "start", "noise"])
+def test_repeated_samples_change_nothing(name, n):
+    curve = fourier(4, 2, n=n, modes=5, bend=0.1)
+    other = dict(repeats(curve))[name]
+    kept = other.copy()
+    np.testing.assert_allclose(length(other), length(curve), rtol=2e-3)
+    np.testing.assert_allclose(resample(other, 100), resample(curve, 100), atol=1e-6)
+    for one, alone in zip(centre(other), curve, strict=True):
+        expected = alone - alone.mean(axis=-1, keepdims=True)
+        assert np.abs(np.asarray(one)[:, :, None] - expected[:, None]).max(axis=0).min(axis=1).max() < 1e-6
+    np.testing.assert_array_equal(other, kept)
+
+
+@pytest.mark.parametrize("name", ["twice", "runs", "end", "start"])
+def test_a_curve_is_read_without_its_repeats_where_a_warp_of_it_says(name):
+    """Carried to the given curve, and read there, a warp is at the same points."""
+    curve, gamma = fourier(4, n=40, bend=0.1), warps(5, 3, 60).T
+    given = dict(repeats(curve))[name][None]
+    places = distinct(given)[1][0]
+    on_given = original_parameter(gamma, dict.fromkeys(range(3), places))
+    with x64():
+        found, back = curves.unrepeated(jax.numpy.asarray(given), jax.numpy.asarray(on_given))
+        assert found.shape == (3, *given.shape[1:])
+        np.testing.assert_allclose(back, gamma, atol=1e-9)
+        for one, warp in zip(found, back, strict=True):
+            at = spectral(np.asarray(one), np.asarray(warp))
+            np.testing.assert_allclose(at, spectral(curve, np.asarray(warp)), atol=1e-9)
+        smooth, same = jax.numpy.asarray(curve), jax.numpy.asarray(gamma)
+        assert curves.unrepeated(smooth, same)[0] is smooth
+    traced = jax.jit(lambda c, w: curves.unrepeated(c, w))(given, gamma)
+    np.testing.assert_allclose(traced[0], given, atol=1e-6)
+
+
+@pytest.mark.parametrize(("m", "n", "d"), [(8, 40, 2), (41, 9, 3), (60, 60, 4)])
+def test_concrete_and_traced_arrays_get_one_result(m, n, d):
+    curve = fourier(m, 5, n=m, d=d, modes=3).astype(np.float32)
+    traced = jax.jit(lambda c: (length(c), centre(c), resample(c, n), to_srvf(c)))(curve)
+    concrete = length(curve), centre(curve), resample(curve, n), to_srvf(curve)
+    for one, other, accuracy in zip(traced, concrete, (2e-6, 1e-6, 1e-4, 1e-4), strict=True):
+        np.testing.assert_allclose(one, other, atol=accuracy)
+
+
+@pytest.mark.parametrize("size", [1e-30, 1e-20, 1e19, 1e25, 1e36])
+@pytest.mark.parametrize("transform", [lambda f: f, jax.jit], ids=["concrete", "traced"])
+def test_results_keep_the_curves_units_at_every_size(size, transform):
+    curve = fourier(8, 2, n=30).astype(np.float32)
+    large = curve * np.float32(size)
+    np.testing.assert_allclose(transform(length)(large) / np.float32(size), length(curve), rtol=1e-5)
+    for function in (centre, lambda c: resample(c, 20)):
+        np.testing.assert_allclose(transform(function)(large) / np.float32(size), function(curve), atol=1e-4)
+
+
+def test_position_is_kept_or_taken_away_in_the_precision_that_came():
+    far = np.array([[5e5], [4.6e6], [300.0]])
+    curve = fourier(9, 2, n=30) * 3
+    np.testing.assert_allclose(length(curve + far), length(curve), rtol=1e-6)
+    np.testing.assert_allclose(centre(curve + far), centre(curve), atol=1e-6)
+    with pytest.raises(ValueError, match=r"^curve is so far from the origin that float32 .* centre\(curve\)"):
+        resample(curve + far, 30)
+    found = np.asarray(resample(curve * 1e5 + far, 30))
+    np.testing.assert_allclose(found - far, resample(curve * 1e5, 30), atol=0.3)
+    with x64():
+        np.testing.assert_allclose(resample(curve + far, 30), np.asarray(resample(curve, 30)) + far, atol=1e-8)
+
+
+def test_derivatives_are_finite_and_right():
+    with x64():
+        curve, direction = (jax.numpy.asarray(fourier(s, n=20)) for s in (10, 11))
+        for function in (length, lambda c: (resample(c, 15) ** 2).sum(), lambda c: (centre(c) ** 3).sum()):
+            slope = jax.jvp(function, (curve,), (direction,))[1]
+            difference = (function(curve + 1e-6 * direction) - function(curve - 1e-6 * direction)) / 2e-6
+            np.testing.assert_allclose(slope, difference, rtol=1e-4)
+        doubled = jax.numpy.repeat(curve, 2, axis=-1)
+        assert np.isfinite(jax.grad(length)(doubled)).all()
+
+
+def test_a_new_number_of_samples_compiles_nothing():
+    """Nothing at all: 40 outlines of 40 lengths compiled for a second each, and kept 60 MB."""
+    outlines = [fourier(m, n=m, d=2) for m in range(50, 90)]
+    with jax.log_compiles(), warnings.catch_warnings(record=True):
+        compiled = []
+        handler = logging.Handler()
+        handler.emit = lambda record: compiled.append(record.getMessage())
+        logger = logging.getLogger("jax")
+        logger.addHandler(handler)
+        try:
+            for k, outline in enumerate(outlines):
+                found = resample(outline, 60 + k)
+                length(outline), centre(outline), to_srvf(outline), to_curve(found)
+        finally:
+            logger.removeHandler(handler)
+    assert compiled == []
+
+
+def test_many_samples_need_little_memory():
+    found = resample(ellipse(6000), 5000)
+    np.testing.assert_allclose((found[0] / 2) ** 2 + found[1] ** 2, 1, atol=1e-5)
+
+
+def test_a_batch_is_its_curves():
+    batch = fourier(12, 6, n=30).reshape(2, 3, 3, 30).astype(np.float32)
+    for function in (length, centre, lambda c: resample(c, 20)):
+        assert isinstance(function(batch), jax.Array)
+        assert isinstance(function(batch[0, 0]), jax.Array)
+        np.testing.assert_allclose(function(batch)[1, 2], function(batch[1, 2]), atol=1e-6)
+        assert function(batch[:0]).shape[:2] == (0, 3)
 
 
 def test_periodic_interpolation_is_exact_at_nodes_and_linear_between():

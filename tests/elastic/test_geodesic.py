@@ -3,13 +3,16 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from elastic.shapes import ellipse, fourier, moved, rotation, srvf, warps, x64
+from elastic.aligners import LEAN, RIGID
+from elastic.shapes import ellipse, fourier, moved, x64
 
-from curvematch_jax.elastic import Aligner, align, aligned_srvf, geodesic, project_closed, to_srvf
 from curvematch_jax.elastic import _geodesic as geodesics
 from curvematch_jax.elastic import _preshape as preshape
+from curvematch_jax.elastic import align, exp_map, geodesic, log_map, matched_points, project_closed, to_srvf
 
-RIGID, N, STEPS = Aligner.rigid(), 32, 4
+pytestmark = pytest.mark.slow  # compiles much
+
+N, STEPS = 32, 4
 
 
 @pytest.fixture(name="pair", scope="module")
@@ -23,18 +26,36 @@ def fixture_found(pair):
 
 
 def test_every_point_of_the_path_is_closed_and_of_unit_norm(found):
-    assert found.path.shape == (3, STEPS + 1, 3, N)
+    assert found.path.shape == (3, STEPS + 1, 3, 2 * N)
     gaps = np.linalg.norm(np.asarray(preshape.closure(found.path)), axis=-1)
     assert gaps.max() < 1e-6
     np.testing.assert_allclose(found.closure, gaps.max(axis=-1), atol=1e-7)
     np.testing.assert_allclose(preshape.inner(found.path, found.path), 1, atol=1e-5)
 
 
-def test_the_path_begins_at_the_first_curve_and_ends_at_the_second_laid_onto_it(found, pair):
-    np.testing.assert_allclose(found.path[:, 0], project_closed(to_srvf(pair[0])), atol=1e-4)
-    swapped = preshape.sphere_distance(found.path[:, 0], found.path[:, -1])
-    assert (np.asarray(found.length) >= np.asarray(swapped) - 1e-5).all()
-    np.testing.assert_allclose(found.length, swapped, rtol=0.02)
+def apart(drawn, points):
+    """Between a polygon and points `(b, d, k)`, both centred and of unit length: the root mean square."""
+    points = points - points.mean(axis=-1, keepdims=True)
+    sides = np.linalg.norm(np.roll(points, -1, axis=-1) - points, axis=-2)
+    points = points / sides.sum(axis=-1)[..., None, None]
+    return np.sqrt(np.mean(np.sum((drawn - points) ** 2, axis=-2), axis=-1))
+
+
+@pytest.mark.parametrize("aligner", [RIGID, LEAN], ids=["rigid", "lean"])
+def test_the_path_leads_from_the_first_curve_to_the_second_laid_onto_it(pair, aligner):
+    """Both ends are the curves' own matched points, the second ones turned."""
+    alignment = align(*pair, aligner)
+    m = alignment.warp1.shape[-1] - 1
+    drawn = np.asarray(geodesic(*pair, steps=STEPS, aligner=aligner, samples=m).curves())
+    one, other = (np.asarray(x, float) for x in matched_points(*pair, alignment))
+    assert apart(drawn[:, 0], one).max() < 1e-3
+    assert apart(drawn[:, -1], np.asarray(alignment.rotation) @ other).max() < 1e-3
+
+
+def test_the_length_is_that_of_the_alignment_or_more(found):
+    straight = np.asarray(preshape.sphere_distance(found.path[:, 0], found.path[:, -1]))
+    assert (np.asarray(found.length) >= straight - 1e-5).all()
+    np.testing.assert_allclose(found.length, straight, rtol=0.02)
 
 
 def test_straightening_lowers_the_energy_to_that_of_even_speed(found):
@@ -84,7 +105,7 @@ def test_a_curve_to_its_moved_copy_is_no_way_at_all(pair):
 
 def test_batches_broadcast_and_a_single_step_is_allowed(pair):
     found = geodesic(pair[0], pair[1][0], steps=1, aligner=RIGID)
-    assert found.path.shape == (3, 2, 3, N)
+    assert found.path.shape == (3, 2, 3, 2 * N)
     np.testing.assert_allclose(found.length[0], align(pair[0][0], pair[1][0], RIGID).distance, atol=0.05)
     assert float(found.length.max()) < np.pi
 
@@ -103,16 +124,29 @@ def test_steps_below_one_are_refused(pair, steps):
         geodesic(*pair, steps=steps)
 
 
-@pytest.mark.parametrize("d", [2, 3, 4])
-def test_an_alignment_lays_a_curve_as_defined(d):
-    n = 80
-    curve, gamma = fourier(5, n=n, d=d, modes=2), warps(6, 1, n, rough=0.0)[:, 0]
-    gamma = gamma + 0.05 * np.sin(2 * np.pi * np.arange(n + 1) / n)
-    turn = rotation(7, d)
-    found = aligned_srvf(*(jnp.asarray(x, jnp.float32) for x in (curve, turn, gamma)))
-    slope = 1 + 0.1 * np.pi * np.cos(2 * np.pi * np.arange(n) / n)
-    expected = turn @ srvf(curve, gamma[:-1]) * np.sqrt(slope)
-    np.testing.assert_allclose(found, expected / np.sqrt(np.mean(np.sum(expected**2, axis=0))), atol=0.01)
+@pytest.mark.parametrize("samples", [0, 7])
+def test_too_few_samples_are_refused(pair, samples):
+    with pytest.raises(ValueError, match=f"samples = {samples}: closed curves need 8 or more"):
+        geodesic(*pair, aligner=RIGID, samples=samples)
+
+
+@pytest.mark.parametrize(("d", "samples"), [(2, 40), (3, 100), (4, 64)])
+def test_geodesics_of_any_dimension_are_closed_and_converge(d, samples):
+    curves, others = (fourier(s, 2, n=N, d=d, modes=2) for s in (0, 1))
+    with x64():
+        found = geodesic(curves, others, steps=STEPS, aligner=RIGID, samples=samples)
+        assert found.path.shape == (2, STEPS + 1, d, samples)
+        assert found.path.dtype == np.float64
+        assert np.asarray(found.converged).all()
+        assert float(found.closure.max()) < 1e-12
+
+
+def test_the_velocity_at_the_start_leads_to_the_end(found):
+    """`exp_map` along `log_map`: up to the error of the steps."""
+    start, end = found.path[:, 0], found.path[:, -1]
+    velocity = log_map(start, end)
+    np.testing.assert_allclose(np.sqrt(preshape.inner(velocity, velocity)), found.length, rtol=2e-3)
+    assert float(preshape.sphere_distance(exp_map(start, velocity), end).max()) < 0.02
 
 
 def test_six_steps_are_as_long_as_fifty():
@@ -122,11 +156,3 @@ def test_six_steps_are_as_long_as_fifty():
         assert bool(many.converged.all())
         np.testing.assert_allclose(few.length, many.length, rtol=1e-3)
         assert (np.asarray(few.length) >= np.asarray(preshape.sphere_distance(q1, q2))).all()
-
-
-def test_a_finer_warp_lays_a_curve_as_a_coarse_one():
-    """Between the samples a warp may be anything: a sample takes the mean slope around it."""
-    curve, gamma = jnp.asarray(fourier(5, n=N), jnp.float32), jnp.asarray(warps(6, 1, N, rough=0.0)[:, 0], jnp.float32)
-    turn = jnp.eye(3)
-    fine = jnp.interp(jnp.arange(8 * N + 1) / (8 * N), jnp.arange(N + 1) / N, gamma)
-    np.testing.assert_allclose(aligned_srvf(curve, turn, fine), aligned_srvf(curve, turn, gamma), atol=1e-4)

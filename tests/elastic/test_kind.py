@@ -4,13 +4,21 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from elastic.shapes import fourier, rotation, warps, x64
+from elastic.aligners import LEAN, RIGID
+from elastic.shapes import fourier, lifts, rotation, x64
 
-from curvematch_jax.elastic import Aligner, alignment_distance, distance_matrix, elastic_distance, pair_distances
+from curvematch_jax.elastic import (
+    Alignment,
+    align,
+    alignment_distance,
+    distance_matrix,
+    elastic_distance,
+    pair_distances,
+)
 from curvematch_jax.elastic import _kind as kinds
 from curvematch_jax.elastic import _preshape as preshape
 
-RIGID, N = Aligner.rigid(), 32
+N = 32
 
 
 @pytest.fixture(name="pair", scope="module")
@@ -34,30 +42,35 @@ def test_matrices_and_pairs_hold_the_same_numbers(pair):
         np.testing.assert_allclose(diagonal, np.diag(alone)[:2], atol=1e-5)
 
 
+def path(seed, m=8 * N, dtype=np.float32, rough=0.5):
+    warp1, warp2 = (w[0] for w in lifts(seed, 1, m, rough=rough))
+    return Alignment(*(jnp.asarray(x, dtype) for x in (rotation(seed), warp1, warp2, 0.0)))
+
+
 def test_the_ends_of_a_path_are_as_far_apart_as_the_alignment_says(pair):
-    """Along the path of any warp both fields keep their inner product; the other way, sums of waves, is the judge."""
-    turn, gamma = rotation(3).astype(np.float32), warps(4, 1, 8 * N, rough=0.5)[:, 0].astype(np.float32)
-    q1, q2 = kinds._ends(jnp.asarray(pair[0][0]), jnp.asarray(pair[1][0]), jnp.asarray(turn), jnp.asarray(gamma))
-    direct = alignment_distance(pair[0][0], pair[1][0], turn, gamma)
-    np.testing.assert_allclose(preshape.sphere_distance(q1, q2), direct, atol=0.01)
+    """Polygons through matched points; the other way, sums of waves, is the judge."""
+    found = align(pair[0], pair[1], LEAN)
+    q1, q2 = kinds._ends(*(jnp.asarray(c) for c in pair), found)
+    np.testing.assert_allclose(preshape.sphere_distance(q1, q2), alignment_distance(*pair, *found[:3]), atol=0.02)
     np.testing.assert_allclose(preshape.closure(q1), 0, atol=1e-6)
     np.testing.assert_allclose(preshape.closure(q2), 0, atol=1e-6)
+    np.testing.assert_allclose(preshape.inner(q1, q1), 1, atol=1e-5)
 
 
 @pytest.mark.parametrize("kind", ["projected", "straightened"])
 def test_the_derivative_is_that_of_the_length_with_the_alignment_held(kind):
     with x64():
         curve1, curve2, direction = (jnp.asarray(fourier(s, n=N)) for s in (5, 6, 7))
-        turn, gamma = jnp.asarray(rotation(8)), jnp.asarray(warps(9, 1, 8 * N, rough=0.0)[:, 0])
-        length = jax.jit(lambda c: kinds.length_between(c, curve2, turn, gamma, kind))
-        path = kinds.path_between(curve1, curve2, turn, gamma, "straightened")
-        slope = jax.jvp(lambda c: kinds.length_to_ends(path, c, curve2, turn, gamma), (curve1,), (direction,))[1]
+        some = path(8, dtype=np.float64, rough=0.0)
+        length = jax.jit(lambda c: kinds.length_between(c, curve2, some, kind))
+        way = kinds.path_between(curve1, curve2, some, "straightened")
+        slope = jax.jvp(lambda c: kinds.length_to_ends(way, c, curve2, some), (curve1,), (direction,))[1]
         difference = (length(curve1 + 1e-5 * direction) - length(curve1 - 1e-5 * direction)) / 2e-5
         np.testing.assert_allclose(slope, difference, rtol=2e-4 if kind == "straightened" else 5e-3)
 
 
 def test_gradients_of_the_distance_are_finite(pair):
-    value = jax.jit(jax.grad(lambda a: elastic_distance(a, pair[1], RIGID, kind="straightened").sum()))
+    value = jax.jit(jax.grad(lambda a: elastic_distance(a, pair[1], LEAN, kind="straightened").sum()))
     assert np.isfinite(value(pair[0])).all()
 
 

@@ -1,5 +1,7 @@
 """The manifold of closed SRVFs: projection, tangent space, great circles."""
 
+import contextlib
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -57,8 +59,98 @@ def test_closing_a_curve_does_not_collapse_its_points():
     assert segments.min() > 0.05 / 32
 
 
-def test_a_field_far_from_closed_is_closed_as_well():
-    assert float(jnp.abs(preshape.closure(project_closed(open_field(3, size=0.2)))).max()) < 1e-6
+def far_fields(d, n=48):
+    """Fields of all kinds, most of them far from closed: arcs of circles, noise, waves, and fields of great mean."""
+    random, t = np.random.default_rng(d), np.arange(n) / n
+    arcs = np.zeros((60, d, n))
+    angle = np.linspace(0.2, 2 * np.pi, 60)[:, None] * t
+    arcs[:, 0], arcs[:, 1] = np.cos(angle), np.sin(angle)
+    closed = np.asarray(to_srvf(fourier(d, 60, n=n, d=d)))
+    opened = closed + random.normal(size=(60, d, 1)) * random.uniform(0, 2.5, size=(60, 1, 1))
+    k = np.arange(5)[:, None]
+    cos, sin = random.normal(size=(2, 60, d, 5))
+    cos[30:, :, 0] *= 5
+    waves = cos @ np.cos(2 * np.pi * k * t) + sin @ np.sin(2 * np.pi * k * t)
+    there_and_back = np.zeros((4, d, n))
+    there_and_back[:, 0] = np.sin(2 * np.pi * t) + np.array([[0], [0.1], [0.5], [0.9]])
+    return np.concatenate([arcs, opened, waves, random.normal(size=(60, d, n)), there_and_back])
+
+
+@pytest.mark.parametrize("double", [False, True], ids=["float32", "float64"])
+@pytest.mark.parametrize("d", [2, 3, 4])
+def test_fields_of_all_kinds_are_closed(d, double):
+    with x64() if double else contextlib.nullcontext():
+        q = far_fields(d).astype(float if double else np.float32)
+        found = np.asarray(project_closed(q), float)
+        ends = np.mean(found * np.linalg.norm(found, axis=1, keepdims=True), axis=-1)
+        assert np.abs(ends).max() < (1e-12 if double else 1e-6)
+        np.testing.assert_allclose(np.mean(np.sum(found**2, axis=1), axis=-1), 1, atol=1e-5)
+        moved = np.asarray(preshape.sphere_distance(jnp.asarray(found, q.dtype), preshape.unit(jnp.asarray(q))))
+        assert moved.max() < 1.5
+        if d == 3:
+            assert jnp.isfinite(jax.jit(jax.grad(lambda q: jnp.sum(project_closed(q) ** 3)))(q)).all()
+
+
+def test_no_closed_field_is_nearer_where_the_dual_says_so():
+    """Against Newton steps along the normals, and against closed fields around what was found."""
+    with x64():
+        q = preshape.unit(jnp.asarray(far_fields(3)))
+        regular = np.asarray(jax.vmap(preshape._multiplier)(q)[1])
+        assert 0.4 < regular.mean() < 0.95
+        q = q[regular]
+        here = preshape.sphere_distance(project_closed(q), q)
+        others = preshape._close_gently(q, 60)
+        assert (preshape.sphere_distance(others, q) > here - 1e-9).all()
+        noise = jnp.asarray(np.random.default_rng(0).normal(size=q.shape))
+        for size in (0.01, 0.1):
+            around = preshape._close_gently(project_closed(q) + size * noise, 60)
+            assert (preshape.sphere_distance(around, q) > here - 1e-9).all()
+
+
+def test_the_equation_of_each_sample_is_solved_for_all_multipliers():
+    with x64():
+        random = np.random.default_rng(1)
+        q = jnp.asarray(random.normal(size=(3, 2000)))
+        for size in (0.0, 0.1, 0.3, 0.45, 0.48):
+            x = jnp.asarray(random.normal(size=3))
+            x = x * size / jnp.linalg.norm(x)
+            p, value = preshape._moved(q, x)
+            np.testing.assert_allclose(p + preshape.normal(p, x), q, atol=1e-10)
+            merit = lambda p: preshape.inner(q, p) - preshape.inner(p, p) / 2 - preshape.closure(p) @ x  # noqa: B023, E731
+            np.testing.assert_allclose(merit(p), value, rtol=1e-10)
+            for _ in range(20):
+                assert merit(p + random.normal() * jnp.asarray(random.normal(size=q.shape))) < value
+
+
+@pytest.mark.parametrize("size", [1e-30, 1e-20, 1e19, 1e30])
+def test_projection_is_blind_to_size(size):
+    q = open_field(3, size=0.2)
+    np.testing.assert_allclose(project_closed(q * np.float32(size)), project_closed(q), atol=1e-5)
+
+
+def straight_fields(n=32):
+    line = np.array([0.6, 0.0, 0.8])[:, None]
+    wave = np.sin(2 * np.pi * np.arange(n) / n)
+    return {"zero": 0 * line * wave, "even": line + 0 * wave, "uneven": line * (1.5 + wave), "back": -line * (2 + wave)}
+
+
+def test_what_cannot_be_closed_is_refused_and_traced_stays_without_nan():
+    lines = [one.astype(np.float32) for one in straight_fields().values()]
+    good = open_field(0)
+    for line in lines:
+        words = r"^q cannot be closed in field 1 of 2: it is zero, or all but a straight line"
+        with pytest.raises(ValueError, match=words):
+            project_closed(np.stack([good, line]))
+    q = np.stack([good, *lines])
+    found, slope = jax.jit(lambda q: (project_closed(q), jax.grad(lambda q: jnp.sum(project_closed(q) ** 3))(q)))(q)
+    np.testing.assert_allclose(found[0], project_closed(good), atol=1e-6)
+    np.testing.assert_allclose(found[1:], preshape.unit(jnp.asarray(lines)), atol=1e-6)
+    assert jnp.isfinite(slope).all()
+
+
+def test_a_field_of_nan_is_refused():
+    with pytest.raises(ValueError, match=r"^q holds NaN or infinity"):
+        project_closed(open_field(0) * np.nan)
 
 
 def test_projection_takes_batches_and_transformations():
@@ -78,6 +170,19 @@ def test_the_gradient_of_projection_by_finite_differences():
         np.testing.assert_allclose(jnp.sum(jax.grad(value)(q) * direction), slope, rtol=1e-8)
         difference = (value(q + 1e-5 * direction) - value(q - 1e-5 * direction)) / 2e-5
         np.testing.assert_allclose(slope, difference, rtol=1e-4)
+
+
+def test_the_gradient_where_closed_gently_and_second_derivatives_by_finite_differences():
+    with x64():
+        fields = jnp.asarray(far_fields(3)[[10, 45, 70, 130, 200]])
+        weight, direction = (jnp.asarray(fourier(s, n=48)) for s in (5, 6))
+        value = jax.jit(lambda q: jnp.sum(project_closed(q) * weight[None], axis=(-2, -1)))
+        along = jax.jit(lambda q: jax.jvp(value, (q,), (jnp.broadcast_to(direction, q.shape),)))
+        slope = along(fields)[1]
+        ahead, behind = (along(fields + h * direction[None]) for h in (1e-6, -1e-6))
+        np.testing.assert_allclose(slope, (ahead[0] - behind[0]) / 2e-6, rtol=1e-4, atol=1e-6)
+        twice = jax.jvp(lambda q: along(q)[1], (fields,), (jnp.broadcast_to(direction, fields.shape),))[1]
+        np.testing.assert_allclose(twice, (ahead[1] - behind[1]) / 2e-6, rtol=1e-3, atol=1e-4)
 
 
 @pytest.mark.parametrize("q", [np.zeros(9), np.zeros((1, 9)), np.zeros((3, 9), int)])

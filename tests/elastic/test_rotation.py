@@ -4,7 +4,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from elastic.shapes import kabsch, rotation
+import scipy.linalg
+from elastic.shapes import kabsch, rotation, x64
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -107,11 +108,39 @@ def test_derivatives_are_finite(case, d):
         assert np.isfinite(gradient).all()
 
 
-def test_rotate_and_covariance_follow_their_definitions():
+def test_covariances_follow_their_definition():
     generator = np.random.default_rng(0)
-    q1, q2 = (generator.normal(size=(3, 20, 5)).astype(np.float32) for _ in range(2))
-    expected = np.einsum("ikl,jkl->ijl", q1, q2) / 20
-    np.testing.assert_allclose(rotations.covariance(jnp.asarray(q1), jnp.asarray(q2)), expected, atol=1e-6)
-    turn = generator.normal(size=(3, 3, 5)).astype(np.float32)
-    found = rotations.rotate(jnp.asarray(turn)[:, :, None], jnp.asarray(q1))
-    np.testing.assert_allclose(found, np.einsum("ijl,jkl->ikl", turn, q1), atol=1e-5)
+    q1, q2 = (generator.normal(size=(d, 5, 20)).astype(np.float32) for d in (3, 3))
+    found = rotations.covariance(jnp.asarray(q1), jnp.asarray(q2))
+    np.testing.assert_allclose(found, np.einsum("ilk,jlk->ijl", q1, q2) / 20, atol=1e-6)
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+def test_generators_are_a_basis_of_the_antisymmetric_matrices(d):
+    """One at a time, on a field: `E q`; on the identity: E itself."""
+    basis = [np.asarray(e) for e in rotations.generators(jnp.eye(d))]
+    assert len(basis) == d * (d - 1) // 2
+    for e in basis:
+        np.testing.assert_array_equal(e, -e.T)
+    assert np.linalg.matrix_rank(np.stack([e.ravel() for e in basis])) == len(basis)
+    field = np.random.default_rng(1).normal(size=(d, 6)).astype(np.float32)
+    for e, turned in zip(basis, rotations.generators(jnp.asarray(field)), strict=True):
+        np.testing.assert_allclose(turned, e @ field, atol=1e-6)
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+def test_cayleys_rotations_are_exponentials_but_for_third_order(d):
+    with x64():
+        basis = np.stack([np.asarray(e) for e in rotations.generators(jnp.eye(d))])
+        x = np.random.default_rng(2).normal(size=(len(basis), 6))
+        errors = []
+        for size in (1.0, 1e-1, 1e-2):
+            found = np.moveaxis(np.asarray(rotations.cayley(jnp.asarray(size * x), d)), -1, 0)
+            np.testing.assert_allclose(
+                found @ found.swapaxes(1, 2), np.broadcast_to(np.eye(d), found.shape), atol=1e-12
+            )
+            np.testing.assert_allclose(np.linalg.det(found), 1, atol=1e-12)
+            exact = scipy.linalg.expm(np.einsum("gl,gij->lij", size * x, basis))
+            errors.append(np.abs(found - exact).max())
+        assert errors[1] < 3e-3 * errors[0]
+        assert errors[2] < 2e-3 * errors[1]

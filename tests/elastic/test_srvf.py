@@ -1,5 +1,6 @@
 """SRVFs against closed forms and the definition; the way there and back."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -68,3 +69,28 @@ def test_where_the_curve_stops_the_srvf_is_zero_and_finite():
 def test_what_is_no_srvf_is_refused(q):
     with pytest.raises(ValueError, match="q has shape"):
         to_curve(q)
+
+
+def test_srvfs_of_repeated_samples_are_those_of_the_distinct_ones():
+    curve = fourier(3, 4, n=40)
+    found = np.asarray(to_srvf(np.repeat(curve, 2, axis=-1)))
+    np.testing.assert_allclose(found[..., ::2], to_srvf(curve), atol=2e-3)
+    once = curve[..., [*range(40), 0]]
+    np.testing.assert_allclose(to_srvf(once), to_srvf(np.concatenate([curve, curve[..., :1]], axis=-1)), atol=1e-6)
+    again = np.asarray(to_srvf(once))
+    np.testing.assert_allclose(np.mean(again * np.linalg.norm(again, axis=1, keepdims=True), axis=-1), 0, atol=1e-6)
+
+
+@pytest.mark.parametrize("size", [1e-20, 1e19, 1e25])
+def test_size_plays_no_part(size):
+    curve = fourier(5, 2, n=40).astype(np.float32)
+    q = to_srvf(curve)
+    np.testing.assert_allclose(to_srvf(curve * np.float32(size)), q, atol=1e-5)
+    np.testing.assert_allclose(jax.jit(to_srvf)(curve * np.float32(size)), q, atol=1e-4)
+    np.testing.assert_allclose(to_curve(q * np.float32(size)), to_curve(q), atol=1e-6)
+    np.testing.assert_allclose(jax.jit(to_curve)(q * np.float32(size)), to_curve(q), atol=1e-6)
+
+
+def test_derivatives_of_traced_srvfs_are_finite():
+    curve = fourier(6, 2, n=33).astype(np.float32)
+    assert jnp.isfinite(jax.jit(jax.grad(lambda c: jnp.sum(to_srvf(c) ** 3)))(curve)).all()

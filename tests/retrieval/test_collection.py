@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from curvematch_jax.elastic import Aligner, Stage
+from curvematch_jax.elastic import Elastic, Rigid, Round
 from curvematch_jax.retrieval import Collection, Matching, rank
 from curvematch_jax.retrieval import _ranking as ranking_module
 from curvematch_jax.retrieval._search import Search
 from curvematch_jax.surface import Extraction
 
-WARPS = Matching(aligner=Aligner(grid=16, seeds=2, slope=2, stages=(Stage(1, 2, 24),), table=4, chunk=8))
+WARPS = Matching(aligner=Elastic((Round(2, 16, 4),), steps=2, knots=32, chunk=8))
 SETTINGS = {
     "default": Matching(),
     "all parts": Matching(candidates=0),
@@ -20,7 +20,7 @@ SETTINGS = {
     "mean beside shares": Matching(fusion="mean", masses="shares"),
     "by area": Matching(significance="area", decay=1.0),
     "shapes alone": Matching(length_weight=0, front_weight=0, isometry_weight=0),
-    "coarse": Matching(aligner=Aligner(grid=32, seeds=4, slope=0, stages=(), table=4)),
+    "coarse": Matching(aligner=Rigid(grid=32, measured=False)),
 }
 
 

@@ -5,12 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from curvematch_jax.elastic import Aligner, pair_distances
+from curvematch_jax.elastic import Elastic, Rigid, Round, pair_distances
 from curvematch_jax.retrieval import Matching
 from curvematch_jax.retrieval import _distances as matching
 from curvematch_jax.retrieval._stack import stack, unbroken
 
-RIGID = Matching(aligner=Aligner.rigid(), candidates=0)
+RIGID = Matching(candidates=0)
+WARPED = Elastic((Round(2, 16, 4),), steps=2, knots=32, chunk=16)
 
 
 def masked(parts, *holes):
@@ -69,7 +70,7 @@ def fixture_pair(make_parts):
     [
         RIGID,
         dataclasses.replace(RIGID, length_weight=0.0, front_weight=0.0, isometry_weight=0.0, decay=0.0),
-        Matching(aligner=Aligner.fast(), candidates=0),
+        Matching(aligner=WARPED, candidates=0),
     ],
     ids=["sizes", "shapes", "warped"],
 )
@@ -120,7 +121,7 @@ def test_candidates_only_ever_leave_out_nearer_parts(make_parts):
             count: matching.nearest(first, second, apart, dataclasses.replace(settings, candidates=count))[0].distance
             for count in (0, 1, 6)
         }
-        rigid = dataclasses.replace(settings, aligner=Aligner.rigid(), candidates=0)
+        rigid = dataclasses.replace(settings, aligner=Rigid(measured=False), candidates=0)
         unwarped = matching.nearest(first, second, apart, rigid)[0].distance
         np.testing.assert_allclose(found[6], found[0], atol=1e-5)
         assert (found[0] <= found[1] + 1e-5).all()

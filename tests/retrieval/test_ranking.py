@@ -5,14 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from curvematch_jax.elastic import Aligner
 from curvematch_jax.retrieval import Matching, dissimilarity_matrix, rank
 from curvematch_jax.retrieval import _blocks as blocks_module
 from curvematch_jax.retrieval import _distances as distances_module
 from curvematch_jax.retrieval._stack import stack
 from curvematch_jax.surface import Extraction
 
-FAST = Matching(aligner=Aligner.rigid(), candidates=0, fusion="mean")
+FAST = Matching(candidates=0, fusion="mean")
 FUSIONS = ("mean", "belief", "weighted")
 
 

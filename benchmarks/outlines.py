@@ -1,0 +1,140 @@
+"""Planar outlines by their elastic distances: how well classes are found, and how long the whole matrix takes.
+
+    python benchmarks/outlines.py DIR [--presets rigid fast accurate] [--samples 100] [--limit N]
+                                      [--baseline COMMIT] [--out FILE.json]
+
+DIR has `mpeg7_half.npz`: `curves (c, 2, n)`, closed, and `labels (c,)`; half of MPEG-7 CE-Shape-1, 20 shapes of each of
+35 classes. JSON on stdout, progress on stderr.
+
+Each preset compares every two outlines, `plain`, and `mirrored`: by the smaller of the distances to an outline and to
+its mirror image, the reflection with its samples in reverse, so that it runs round the same way.
+
+    bullseye  of the nearest 2c of each outline, itself included, the share of the c of its class, in the mean
+    nn, ft    nearest neighbour and first tier; the query does not count
+    seconds   of the whole matrix, after a small call has compiled everything; mirrored: of both matrices
+
+With `--baseline` the same is measured of the package of another commit, from a temporary checkout, in the same run.
+7435b05 is the last commit of the first engine; its `fast` has .862 in bullseye and .993 in nn with mirror images.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from _baseline import checkout, output_of
+from _measure import PRESETS, rounded, say
+from _record import machine, versions, write
+
+import curvematch_jax as cm
+
+_FILE = "mpeg7_half.npz"
+_FEW = 3  # outlines in the small call
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Classes of planar outlines by their elastic distances.")
+    parser.add_argument("folder", type=Path, metavar="DIR", help=f"with {_FILE}")
+    parser.add_argument("--presets", nargs="+", choices=list(PRESETS), default=["rigid", "fast"])
+    parser.add_argument("--samples", type=int, default=100, help="of each outline, by arc length")
+    parser.add_argument("--limit", type=int, metavar="N", help="the first N of each class alone")
+    parser.add_argument("--baseline", metavar="COMMIT", help="whose package is measured as well")
+    parser.add_argument("--out", type=Path, metavar="FILE.json")
+    options = parser.parse_args()
+    curves, labels = outlines(options.folder / _FILE, options.samples, options.limit)
+    results = report(curves, labels, options.presets)
+    if options.baseline:
+        say(f"the same with {options.baseline}")
+        results["baseline"] = {"commit": options.baseline, "presets": measured_at(options.baseline, options)}
+    print(json.dumps(rounded(results), indent=1, allow_nan=False))
+    if options.out:
+        write(options.out, rounded(results))
+
+
+def measured_at(commit: str, options: argparse.Namespace) -> dict:
+    """The presets of the package of another commit."""
+    given = [str(options.folder), "--samples", str(options.samples), "--presets", *options.presets]
+    given += [] if options.limit is None else ["--limit", str(options.limit)]
+    with checkout(commit) as package:
+        return output_of(__file__, given, package)["presets"]
+
+
+def outlines(path: Path, samples: int, limit: int | None) -> tuple[np.ndarray, np.ndarray]:
+    """Outlines `(c, 2, samples)` and their classes."""
+    with np.load(path) as data:
+        curves, labels = data["curves"], data["labels"]
+    if limit is not None:
+        kept = np.sort(np.concatenate([np.flatnonzero(labels == label)[:limit] for label in np.unique(labels)]))
+        curves, labels = curves[kept], labels[kept]
+    return np.asarray(cm.resample(curves, samples)), labels
+
+
+def report(curves: np.ndarray, labels: np.ndarray, presets: list[str]) -> dict:
+    """Scores and times of each preset."""
+    return {
+        "versions": versions(),
+        "machine": machine(),
+        "outlines": len(curves),
+        "classes": len(np.unique(labels)),
+        "samples": curves.shape[-1],
+        "bullseye_depth": "twice the members of the class, the query included",
+        "presets": {name: scores(name, curves, labels) for name in presets},
+    }
+
+
+def scores(name: str, curves: np.ndarray, labels: np.ndarray) -> dict[str, dict[str, float]]:
+    """Of one preset, without and with mirror images."""
+    aligner = PRESETS[name]
+    few, mirrored = curves[:_FEW], mirror_images(curves)
+    cm.distance_matrix(few, aligner=aligner)
+    between(few, mirrored[:_FEW], aligner)
+    plain, seconds = timed(lambda: cm.distance_matrix(curves, aligner=aligner))
+    other, more = timed(lambda: between(curves, mirrored, aligner))
+    pairs = len(curves) * (len(curves) - 1) // 2
+    rows = {
+        "plain": rated(plain, labels, pairs, seconds),
+        "mirrored": rated(np.minimum(plain, other), labels, 2 * pairs, seconds + more),
+    }
+    for kind, row in rows.items():
+        say(f"{name}, {kind}: bullseye {row['bullseye']:.3f}, nn {row['nn']:.3f}, {row['seconds']:.1f} s")
+    return rows
+
+
+def mirror_images(curves: np.ndarray) -> np.ndarray:
+    """Reflections of planar curves `(c, 2, n)`, their samples in reverse: they keep the sense in which they run."""
+    return (curves * np.array([[-1], [1]], curves.dtype))[..., ::-1]
+
+
+def between(curves: np.ndarray, mirrored: np.ndarray, aligner: cm.Aligner) -> np.ndarray:
+    """Distances `(c, c)` of curves to the mirror images of others; a pair and its mirror image are computed once."""
+    rows, columns = np.triu_indices(len(curves), 1)
+    matrix = np.zeros((len(curves), len(curves)), curves.dtype)
+    matrix[rows, columns] = cm.pair_distances(curves, mirrored, np.stack([rows, columns], axis=1), aligner)
+    return matrix + matrix.T
+
+
+def rated(matrix: np.ndarray, labels: np.ndarray, pairs: int, seconds: float) -> dict[str, float]:
+    found = cm.evaluate(matrix, labels)
+    speed = {"seconds": seconds, "pairs": pairs, "pairs_per_second": pairs / seconds}
+    return {"bullseye": bullseye(matrix, labels), "nn": found.nn, "ft": found.ft} | speed
+
+
+def bullseye(matrix: np.ndarray, labels: np.ndarray) -> float:
+    """The mean share of a class of c among the 2c nearest of its members, each itself included."""
+    nearest = matrix.astype(float)
+    np.fill_diagonal(nearest, -np.inf)
+    hits = labels[np.argsort(nearest, axis=1, kind="stable")] == labels[:, None]
+    return float(np.mean([row[: 2 * row.sum()].sum() / row.sum() for row in hits]))
+
+
+def timed(call: Callable[[], np.ndarray]) -> tuple[np.ndarray, float]:
+    start = time.perf_counter()
+    return call(), time.perf_counter() - start
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,109 @@
+"""Accuracy against speed: how far settings of the elastic aligner stay above the best distances known, and how fast.
+
+    python benchmarks/tradeoff.py YARDSTICK.npz [--settings NAME...] [--repeat 8] [--out FILE.json] [--picture FILE.png]
+
+The yardstick has groups of curves, `NAME (c, d, n)`, with `NAME_pairs (p, 2)` and the best distance known of each pair,
+`NAME_best (p,)`. Every distance is computed anew from the rotation and warps that `align` returns, in float64; what it
+is above the best one is its excess, in radians. Speed is that of `align` in float32 on the pairs of a group, repeated.
+JSON on stdout, progress on stderr.
+"""
+
+import argparse
+import functools as ft
+import json
+from pathlib import Path
+
+import jax
+import numpy as np
+from _measure import PRESETS, least_seconds, rounded, say
+from _record import machine, versions, write
+
+import curvematch_jax as cm
+from curvematch_jax import Aligner, Elastic, Round
+from curvematch_jax._optional import require
+
+SETTINGS: dict[str, Aligner] = {
+    "one coarse round": Elastic((Round(6, 48),), steps=2, knots=128, nodes=4),
+    "two rounds": Elastic((Round(8, 32), Round(2, 96)), steps=3),
+    "fast": PRESETS["fast"],
+    "more starts": Elastic((Round(24, 32), Round(12, 64), Round(4, 192)), paths=1, steps=4),
+    "more refined": Elastic((Round(12, 32), Round(6, 64), Round(4, 192)), paths=4, steps=6),
+    "wide": Elastic((Round(24, 48, 12), Round(12, 96, 12), Round(4, 192, 12)), paths=2, steps=6, chunk=32),
+    "accurate": PRESETS["accurate"],
+}
+_COLOURS = ("#2b6cb0", "#d7301f", "#238b45", "#6a51a3")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Accuracy of elastic alignment against its speed.")
+    parser.add_argument("yardstick", type=Path, metavar="YARDSTICK.npz")
+    parser.add_argument("--settings", nargs="+", choices=list(SETTINGS), default=list(SETTINGS))
+    parser.add_argument("--repeat", type=int, default=8, help="copies of the pairs in what is timed")
+    parser.add_argument("--out", type=Path, metavar="FILE.json")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png")
+    options = parser.parse_args()
+    with np.load(options.yardstick) as data:
+        names = [name.removesuffix("_pairs") for name in data if name.endswith("_pairs")]
+        groups = {name: tuple(data[name + end] for end in ("", "_pairs", "_best")) for name in names}
+    rows = {name: measured(name, SETTINGS[name], groups, options.repeat) for name in options.settings}
+    results = rounded({"versions": versions(), "machine": machine(), "settings": rows})
+    print(json.dumps(results, indent=1, allow_nan=False))
+    if options.out:
+        write(options.out, results)
+    if options.picture:
+        picture(rows, options.picture)
+
+
+def measured(name: str, aligner: Aligner, groups: dict[str, tuple[np.ndarray, ...]], repeat: int) -> dict:
+    """Excess and pairs a second of one aligner, by group."""
+    row: dict = {"aligner": str(aligner), "groups": {}}
+    for group, (curves, pairs, best) in groups.items():
+        first, second = (curves[side].astype(np.float32) for side in pairs.T)
+        found = cm.align(first, second, aligner)
+        over = recomputed(first, second, found) - best
+        align = ft.partial(aligned, np.tile(first, (repeat, 1, 1)), np.tile(second, (repeat, 1, 1)), aligner)
+        align()
+        row["groups"][group] = {
+            "excess_median": float(np.median(over)),
+            "excess_p95": float(np.quantile(over, 0.95)),
+            "excess_max": float(over.max()),
+            "pairs_per_second": repeat * len(pairs) / least_seconds(align),
+        }
+        say(f"{name}, {group}: " + ", ".join(f"{key} {value:.5g}" for key, value in row["groups"][group].items()))
+    return row
+
+
+def aligned(first: np.ndarray, second: np.ndarray, aligner: Aligner) -> cm.Alignment:
+    return jax.block_until_ready(cm.align(first, second, aligner))
+
+
+def recomputed(first: np.ndarray, second: np.ndarray, found: cm.Alignment) -> np.ndarray:
+    """The distances of alignments, in float64."""
+    with jax.enable_x64(True):
+        wide = [np.asarray(x, np.float64) for x in (first, second, found.rotation, found.warp1, found.warp2)]
+        return np.asarray(cm.alignment_distance(*wide))
+
+
+def picture(rows: dict, path: Path) -> None:
+    """Draw the excess of each group against speed: the median, and dashed what 95 % of the pairs stay below."""
+    figure = require("matplotlib.figure", "plot", "drawing a picture").Figure(figsize=(7.0, 4.4), layout="constrained")
+    axes = figure.subplots()
+    for colour, group in zip(_COLOURS, next(iter(rows.values()))["groups"], strict=False):
+        points = [(row["groups"][group], name) for name, row in rows.items()]
+        points.sort(key=lambda point: point[0]["pairs_per_second"])
+        speed = [point["pairs_per_second"] for point, _ in points]
+        for key, dashes, label in (("excess_median", "o-", group), ("excess_p95", "s--", None)):
+            values = [max(point[key], 1e-5) for point, _ in points]
+            axes.loglog(speed, values, dashes, color=colour, label=label, markersize=4)
+        for point, name in points:
+            place = point["pairs_per_second"], max(point["excess_p95"], 1e-5)
+            axes.annotate(name, place, textcoords="offset points", xytext=(3, 3), fontsize=6)
+    axes.set(xlabel="pairs a second of `align`", ylabel="excess over the best known, radians")
+    axes.grid(which="major", color="#dddddd", linewidth=0.6)
+    axes.legend(frameon=False)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=150)
+
+
+if __name__ == "__main__":
+    main()

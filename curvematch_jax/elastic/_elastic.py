@@ -1,0 +1,76 @@
+"""Elastic alignment of one chunk of pairs: a search, its refinement, and the distance of the path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+from jaxtyping import Float
+
+from ._aligner import Aligner, Alignment, Round, check_least
+from ._certify import path_distance
+from ._frame import AnyArray
+from ._refine import from_warps, refine, warps_of
+from ._search import MOST_STARTS, search
+from ._tables import CurveTable, tabulate
+
+
+@dataclass(frozen=True)
+class Elastic(Aligner):
+    """Alignment by rotation, start point and reparametrisation of both curves.
+
+    Attributes:
+        rounds: of dynamic programming, coarse to fine.
+        paths: that are refined, the best of the last round.
+        steps: of refinement.
+        knots: pieces of the path, linear each.
+        nodes: to a piece, where the distance is measured.
+        chunk: pairs computed at once.
+    """
+
+    rounds: tuple[Round, ...] = (Round(16, 32, 6), Round(5, 64, 6), Round(2, 192, 6))
+    paths: int = 1
+    steps: int = 4
+    knots: int = 256
+    nodes: int = 2
+    chunk: int = 32
+
+    def __post_init__(self) -> None:
+        check_least(self, {"paths": 1, "steps": 0, "nodes": 1, "chunk": 1})
+        nodes = 1
+        for number, round_ in enumerate(self.rounds):
+            check_least(round_, {"paths": 1, "nodes": 8, "width": 1, "slopes": 1})
+            if round_.slopes * round_.nodes % nodes or round_.width > round_.slopes * round_.nodes // 2:
+                raise ValueError(
+                    f"Elastic.rounds[{number}] = {round_}: slopes * nodes has to be a multiple of the {nodes} nodes "
+                    "before, and twice the width at least."
+                )
+            nodes = round_.nodes
+        kept = [round_.paths for round_ in self.rounds] + [self.paths]
+        if not self.rounds or kept != sorted(kept, reverse=True) or kept[0] > MOST_STARTS:
+            raise ValueError(f"Elastic needs rounds of fewer and fewer paths, {MOST_STARTS} at most, not {kept}.")
+        if self.knots < 8 or self.knots & (self.knots - 1):
+            raise ValueError(f"Elastic.knots = {self.knots}: it has to be a power of 2, 8 or more.")
+
+    @staticmethod
+    def accurate() -> Elastic:
+        """The best alignment known, at about a seventh of the speed."""
+        rounds = Round(32, 48, 8), Round(12, 96, 8), Round(6, 192, 8)
+        return Elastic(rounds, paths=3, steps=4, knots=512, chunk=16)
+
+    def tabulate(self, curve: Float[AnyArray, "b d n"]) -> CurveTable:
+        return tabulate(curve)
+
+    def align(self, first: CurveTable, second: CurveTable) -> Alignment:
+        true = first.count[0] > 0
+        paths = search(first, second, self.rounds, true).best(self.paths)
+        flat = lambda warp: warp.reshape(-1, warp.shape[-1])  # noqa: E731
+        u = from_warps(flat(paths.warp1), flat(paths.warp2), self.knots)
+        rotation = paths.rotation.reshape(*paths.rotation.shape[:2], -1)
+        state = refine(first, second, u, rotation, self.steps, true)
+        best = jnp.argmin(state.chord.reshape(-1, self.paths), axis=1)
+        lane = jnp.arange(len(best)) * self.paths + best
+        rotation = state.rotation[..., lane]
+        warp1, warp2 = warps_of(first, second, state.u[lane])
+        distance = path_distance(first, second, rotation, warp1, warp2, self.nodes)
+        return Alignment(jnp.moveaxis(rotation, -1, 0), warp1, warp2, distance)
