@@ -24,7 +24,7 @@ from ..surface import Extraction, Parts
 from ._files import replacing
 
 # Also to be raised when extraction gives other parts from the same mesh: the key of a source depends on it.
-PARTS_FORMAT = 3
+PARTS_FORMAT = 4
 
 _ARRAYS = ("curves", "mask", "lengths", "fronts", "centres", "areas", "points", "between")
 # The kinds of dtype (`numpy.dtype.kind`) of all fields.

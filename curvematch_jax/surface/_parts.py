@@ -83,10 +83,10 @@ class Parts:
         lengths: `(P, L)` float32, curve length over `diameter`; 0 where masked.
         fronts: `(P, L)` float32, length of all curves of the level set together, whether the part follows them or not,
             over `diameter`; 0 where the level set is empty.
-        centres: `(P, L, 3)` float32, centroid of the curve in mesh units, so that
+        centres: `(P, L, 3)` float64, centroid of the curve in mesh units, so that
             `curve * length * diameter + centre` is the curve on the mesh; 0 where masked.
         areas: `(P,)` float32, share of the surface's area within `radius` of the feature point.
-        points: `(P, 3)` float32, the feature points in mesh units.
+        points: `(P, 3)` float64, the feature points in mesh units.
         between: `(P, P)` float32, distances of the feature points from each other, in diameters of the field.
         area: of the surface, in squared mesh units.
         diameter: geodesic diameter in mesh units; with spectral distances 1.5 times the square root of the area.
@@ -156,9 +156,9 @@ def parts_around(
         mask=mask,
         lengths=(lengths / unit).astype(np.float32),
         fronts=(fronts / unit).astype(np.float32),
-        centres=centres.astype(np.float32),
+        centres=centres,
         areas=areas.astype(np.float32),
-        points=mesh.vertices[features.vertices].astype(np.float32),
+        points=mesh.vertices[features.vertices],
         between=((between + between.T) / 2).astype(np.float32),
         area=float(face_areas(mesh.vertices, mesh.faces).sum()),
         diameter=unit,
