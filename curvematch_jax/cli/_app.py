@@ -45,8 +45,7 @@ class Preset(StrEnum):
 class FieldName(StrEnum):
     """The distances along the surface of `Extraction`."""
 
-    heat = "heat"
-    fast_marching = "fast_marching"
+    geodesic = "geodesic"
     diffusion = "diffusion"
     biharmonic = "biharmonic"
     commute_time = "commute_time"

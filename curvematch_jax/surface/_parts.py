@@ -29,10 +29,10 @@ class Extraction:
             the first is left out: so close to its point a curve is the mesh's, not the surface's.
         spacing: 1 for levels that are evenly spaced; more for levels that are denser next to the feature point.
         samples: points on a curve.
-        field: the distance along the surface: geodesic, by the solver `"heat"` or `"fast_marching"`, or one of the
-            spectral distances `"diffusion"`, `"biharmonic"` and `"commute_time"`, which a short cut between two
-            pieces of the surface shortens less.
-        vertices: the number of vertices that `clean` aims at when it remeshes.
+        field: the distance along the surface: `"geodesic"`, or one of the spectral distances `"diffusion"`,
+            `"biharmonic"` and `"commute_time"`, which a short cut between two pieces of the surface shortens less.
+        vertices: edges much longer than those of so many even triangles are halved, and a surface of more than four
+            times as many vertices is decimated to twice as many.
         least: how many parts an object has at least; farthest points make up for feature points that are not there.
         smoothing: before anything is measured, waves on the surface that are shorter than some six times this, in
             square roots of its area, are taken off; 0 leaves it as it is.
@@ -42,7 +42,7 @@ class Extraction:
     radius: float = 0.8
     levels: int = 23
     samples: int = 100
-    field: Field = "heat"
+    field: Field = "geodesic"
     vertices: int = 5000
     spacing: float = 1.5
     least: int = 4
