@@ -31,6 +31,7 @@ from .elastic import (
     to_srvf,
     warp_onto,
 )
+from .extraction import Extracted, Failure, extract_collection
 from .retrieval import (
     Collection,
     GradedScores,
@@ -62,7 +63,9 @@ __all__ = [
     "Composite",
     "Creature",
     "Elastic",
+    "Extracted",
     "Extraction",
+    "Failure",
     "Geodesic",
     "GradedScores",
     "Match",
@@ -90,6 +93,7 @@ __all__ = [
     "evaluate",
     "evaluate_graded",
     "exp_map",
+    "extract_collection",
     "extract_parts",
     "geodesic",
     "labelled_folder",

@@ -64,7 +64,8 @@ NEVER = {
     "elastic": {"surface", "retrieval", "datasets", "cli", "pictures", "trimesh", "potpourri3d", "gpytoolbox"},
     "surface": {"elastic", "retrieval", "datasets", "cli", "pictures", "jax", "optimistix"},
     "datasets": {"elastic", "retrieval", "cli", "pictures", "jax"},
-    "retrieval": {"datasets", "cli", "pictures"},
+    "retrieval": {"datasets", "extraction", "cli", "pictures"},
+    "extraction": {"elastic", "pictures", "cli", "jax"},
 }
 
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ..extraction._workers import TIME_LIMIT, cores, one_line
 from ..retrieval import Matching
 from ..surface import Extraction
 from . import _commands
@@ -19,7 +20,6 @@ from ._jax import configure_jax
 from ._matrix import make_matrix, show_status
 from ._output import Output, complain
 from ._query import Explanation, run_query
-from ._workers import TIME_LIMIT, cores, one_line
 
 USAGE = 2
 _INTERRUPTED = 130

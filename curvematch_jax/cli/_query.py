@@ -8,11 +8,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from ..extraction import extract_collection
+from ..extraction._sources import find_meshes, is_parts
 from ..pictures import check_picture, explanation_picture
 from ..retrieval import Matching, Ranking, rank, run_settings
-from ..surface import Extraction, Mesh, MeshError, Parts, load_mesh
+from ..surface import Mesh, MeshError, Parts, load_mesh
 from ._commands import SOME_FAILED, report_failures
-from ._inputs import find_meshes, find_sources, gather_all, is_parts
 from ._output import Output, matches_table, ranking_rows, ranking_table
 
 # Objects beside the query in a picture: as many as stay readable in one row.
@@ -55,11 +56,13 @@ def run_query(
         check_picture(explanation.picture)
     clock = _Clock()
     with clock.stage("collection"):
-        collection, failed = gather_all(find_sources([folder]), Extraction(), jobs)
+        opened = extract_collection([folder], jobs=jobs)
+    collection, failed = opened.parts, opened.failures
     report_failures(failed, len(collection), output)
     with clock.stage("query"):
-        found, unusable = gather_all(find_sources([query]), collection[0].settings, jobs)
-    report_failures(unusable, len(found), output)
+        asked = extract_collection([query], collection[0].settings, jobs=jobs)
+    found = asked.parts
+    report_failures(asked.failures, len(found), output)
     files = _mesh_files(explanation, query, [*collection, found[0]])
     ranking = rank(found[0], collection, matching, output.progress, top=top)
     clock.seconds.update(ranking.seconds)

@@ -31,8 +31,8 @@ def diameter_pair(mesh: Mesh, distances: Distances) -> tuple[int, int, float]:
 
     A sweep goes to the vertex farthest from where it stands, until that distance stops growing. The first
     starts from the vertex farthest from the centroid, each of the others from the vertex that is farthest
-    from all the vertices at which earlier sweeps stood. Then one end is moved a step to the side, as long as that helps.
-    Ties go to the lower index.
+    from all the vertices at which earlier sweeps stood. Then one end is moved a step to the side, if that helps. Ties
+    go to the lower index.
     """
     start = int(np.argmax(np.linalg.norm(mesh.vertices - mesh.vertices.mean(axis=0), axis=1)))
     best = (start, start, 0.0)
