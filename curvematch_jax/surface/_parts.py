@@ -13,6 +13,10 @@ from ._report import CleanReport
 from ._smooth import smooth
 from ._topology import Edges, edges, face_areas
 
+# Sizes of surfaces: how much the area counts in them, and the diameter of creatures with limbs in its square roots. One
+# pose more or less changes the diameter by a tenth, and the area not at all.
+_AREA_COUNTS, _LIMBED = 0.75, 1.7
+
 # A level curve that has split goes on as its longest branch while that has this share of the length.
 _DOMINANCE = 0.6
 
@@ -23,8 +27,8 @@ class Extraction:
 
     Attributes:
         epsilon: how close extrema of the two fields must be, and how far apart feature points, in diameters.
-        radius: how far a part reaches from its feature point, in diameters: the field's distance of the two
-            vertices that are farthest apart.
+        radius: how far a part reaches from its feature point, in sizes of the surface (`Parts.size`); with a spectral
+            field in diameters: the field's distance of the two vertices that are farthest apart.
         levels: level curves of a part, at `radius * (k / (levels + 1))^spacing` for k = 2..levels + 1. What would be
             the first is left out: so close to its point a curve is the mesh's, not the surface's.
         spacing: 1 for levels that are evenly spaced; more for levels that are denser next to the feature point.
@@ -52,7 +56,7 @@ class Extraction:
         if not 0 < self.epsilon < 1:
             raise ValueError(f"epsilon must lie between 0 and 1 diameters, found {self.epsilon}")
         if not 0 < self.radius < 1:
-            raise ValueError(f"radius must lie between 0 and 1 diameters, found {self.radius}")
+            raise ValueError(f"radius must lie between 0 and 1, found {self.radius}")
         if not 0 < self.spacing < np.inf:
             raise ValueError(f"spacing must be more than 0, found {self.spacing}")
         if not 0 <= self.smoothing < 0.1:
@@ -67,7 +71,7 @@ class Extraction:
 
     @property
     def radii(self) -> np.ndarray:
-        """Where the level curves are, `(levels,)`, in diameters."""
+        """Where the level curves are, `(levels,)`, in sizes (see `Parts.size`)."""
         return self.radius * (np.arange(2, self.levels + 2) / (self.levels + 1)) ** self.spacing
 
 
@@ -108,6 +112,11 @@ class Parts:
     settings: Extraction
     notes: tuple[str, ...]
 
+    @property
+    def size(self) -> float:
+        """`diameter^(1/4) (1.7 sqrt(area))^(3/4)`, in mesh units: what radii are measured in."""
+        return size_of(self.diameter, self.area)
+
 
 def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
     """Clean a mesh and cut it into parts around its feature points (method: Tabia et al., IEEE PAMI 33(4), 2011).
@@ -146,8 +155,10 @@ def parts_around(
         notes: what cleaning changed.
     """
     unit = curve_unit(mesh, extraction.field, features.diameter)
+    area = float(face_areas(mesh.vertices, mesh.faces).sum())
+    reach = size_of(features.diameter, area) if extraction.field == "geodesic" else features.diameter
     table = edges(mesh.faces)
-    parts = [_part(mesh, table, distances(v), v, features.diameter, extraction) for v in features.vertices.tolist()]
+    parts = [_part(mesh, table, distances(v) / reach, v, extraction) for v in features.vertices.tolist()]
     curves, mask, lengths, fronts, centres, areas = (np.stack(column) for column in zip(*parts, strict=True))
     between = np.stack([distances(v)[features.vertices] for v in features.vertices.tolist()]) / features.diameter
     return Parts(
@@ -160,17 +171,21 @@ def parts_around(
         areas=areas.astype(np.float32),
         points=mesh.vertices[features.vertices],
         between=((between + between.T) / 2).astype(np.float32),
-        area=float(face_areas(mesh.vertices, mesh.faces).sum()),
+        area=area,
         diameter=unit,
         settings=extraction,
         notes=notes + _warnings(features, mask),
     )
 
 
+def size_of(diameter: float, area: float) -> float:
+    """The size of a surface from its geodesic diameter and its area; a limb that bends leaves most of it as it is."""
+    return float(diameter ** (1 - _AREA_COUNTS) * (_LIMBED * np.sqrt(area)) ** _AREA_COUNTS)
+
+
 def _part(
-    mesh: Mesh, table: Edges, distance: np.ndarray, vertex: int, diameter: float, extraction: Extraction
+    mesh: Mesh, table: Edges, relative: np.ndarray, vertex: int, extraction: Extraction
 ) -> tuple[np.ndarray, ...]:
-    relative = distance / diameter
     sets = LevelSets(mesh, relative, extraction.radii, table)
     found = sets.follow(vertex, _DOMINANCE)
     curves = np.zeros((extraction.levels, 3, extraction.samples))
