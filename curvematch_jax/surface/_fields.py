@@ -25,11 +25,9 @@ _DIAMETER = 1.5
 # feature points. A length that does not depend on the mesh makes fields, and so feature points, depend less on it.
 _SMOOTHING = 0.03
 
-# By what share of a distance smoothing may change it: down, where it rounds off tips, and up, next to the source. Where
-# half of all distances would change by more than the third share, the triangles are no good for smoothing, and none may
-# change by more than the fourth.
-_DOWN, _UP = 0.04, 0.02
-_SOUND, _DOUBTFUL = 0.01, 0.015
+# Smoothing changes no distance by more than this share. Where half of all distances would change by more than the
+# second share, the triangles are no good for smoothing, and none may change by more than the third.
+_CHANGE, _SOUND, _DOUBTFUL = 0.025, 0.01, 0.015
 
 
 def check_field(field: str) -> None:
@@ -59,8 +57,8 @@ class Geodesics:
 
     They are the shortest ways in a graph of edges and straight lines over faces (`shortcut_graph`), which are no
     shorter than geodesics and seldom longer by 1 %, made smooth by a short step of heat flow. On sound triangles that
-    changes most of them by a few thousandths, and none by more than 4 %: where it would, next to the source or among
-    needles, the bound is the distance. The farthest vertex keeps its distance as it was.
+    changes most of them by a few thousandths, and none by more than 2.5 %: where it would, next to the source, at tips
+    or among needles, the bound is the distance. The farthest vertex keeps its distance as it was.
 
     Args:
         mesh: any oriented mesh; vertices that cannot be reached from a source are infinitely far from it.
@@ -91,8 +89,8 @@ def _bounded(smoothed: np.ndarray, shortest: np.ndarray) -> np.ndarray:
     """Smoothed distances, brought to within some share of what they were."""
     smoothed = np.where(np.isfinite(smoothed), smoothed, shortest)
     sound = np.median(np.abs(smoothed - shortest) - _SOUND * shortest) <= 0
-    down, up = (_DOWN, _UP) if sound else (_DOUBTFUL, _DOUBTFUL)
-    distance = np.clip(smoothed, (1 - down) * shortest, (1 + up) * shortest)
+    change = _CHANGE if sound else _DOUBTFUL
+    distance = np.clip(smoothed, (1 - change) * shortest, (1 + change) * shortest)
     farthest = np.argmax(shortest)
     distance[farthest] = shortest[farthest]
     return distance
