@@ -26,7 +26,7 @@ _DIAMETER = 1.5
 _SMOOTHING = 0.03
 
 # Smoothing changes no distance by more than this share. Where half of all distances would change by more than the
-# second share, the triangles are no good for smoothing, and none may change by more than the third.
+# second share, the triangles are no good for smoothing: none may grow, and none shrink by more than the third.
 _CHANGE, _SOUND, _DOUBTFUL = 0.025, 0.01, 0.015
 
 
@@ -89,8 +89,8 @@ def _bounded(smoothed: np.ndarray, shortest: np.ndarray) -> np.ndarray:
     """Smoothed distances, brought to within some share of what they were."""
     smoothed = np.where(np.isfinite(smoothed), smoothed, shortest)
     sound = np.median(np.abs(smoothed - shortest) - _SOUND * shortest) <= 0
-    change = _CHANGE if sound else _DOUBTFUL
-    distance = np.clip(smoothed, (1 - change) * shortest, (1 + change) * shortest)
+    down, up = (_CHANGE, _CHANGE) if sound else (_DOUBTFUL, 0.0)
+    distance = np.clip(smoothed, (1 - down) * shortest, (1 + up) * shortest)
     farthest = np.argmax(shortest)
     distance[farthest] = shortest[farthest]
     return distance

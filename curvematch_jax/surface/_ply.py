@@ -55,7 +55,8 @@ def parse_ply(data: bytes) -> tuple[np.ndarray, np.ndarray]:
     point = columns.get("vertex", {})
     if not all(isinstance(point.get(axis), np.ndarray) for axis in "xyz"):
         raise MeshError("malformed PLY: its vertices have no x, y and z")
-    vertices = np.stack([point[axis] for axis in "xyz"], axis=1).astype(np.float64)
+    with np.errstate(invalid="ignore"):  # signalling NaN
+        vertices = np.stack([point[axis] for axis in "xyz"], axis=1).astype(np.float64)
     faces = [triangulated(vertices, _lists(columns.get("face", {})))]
     faces += [_strip(strip) for strip in _lists(columns.get("tristrips", {}))]
     triangles = np.concatenate(faces)

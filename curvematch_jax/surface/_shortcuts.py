@@ -7,7 +7,7 @@ from ._mesh import Mesh
 from ._topology import edges, neighbour_pairs
 
 # Windows narrower than this are not looked through: ways between lines that are so much apart are 1 % too long at most.
-_NARROWEST = 0.26  # radians
+_NARROWEST = 0.2  # radians
 _DEPTH = 256  # edges that a straight line crosses at most
 
 

@@ -36,7 +36,9 @@ def parse_stl(data: bytes) -> tuple[np.ndarray, np.ndarray]:
         vertices = np.frombuffer(data, _TRIANGLE, count, start)["corners"].reshape(-1, 3) if count else np.zeros((0, 3))
     if not len(vertices):
         raise MeshError("no faces in this STL file: it holds something else, or is truncated or damaged")
-    return vertices.astype(np.float64), np.arange(len(vertices)).reshape(-1, 3)
+    with np.errstate(invalid="ignore"):  # signalling NaN
+        vertices = vertices.astype(np.float64)
+    return vertices, np.arange(len(vertices)).reshape(-1, 3)
 
 
 def _text(data: bytes) -> np.ndarray:
