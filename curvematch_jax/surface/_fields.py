@@ -27,7 +27,7 @@ _SMOOTHING = 0.03
 
 # Smoothing changes no distance by more than this share. Where half of all distances would change by more than the
 # second share, the triangles are no good for smoothing: none may grow, and none shrink by more than the third.
-_CHANGE, _SOUND, _DOUBTFUL = 0.025, 0.01, 0.015
+_CHANGE, _SOUND, _DOUBTFUL = 0.025, 0.016, 0.015
 
 
 def check_field(field: str) -> None:
