@@ -85,7 +85,7 @@ def _lines(faces: np.ndarray, length: np.ndarray, opposite: np.ndarray) -> list[
 def _wide(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Whether the angle from `low` to `high` is more than the narrowest that is looked into."""
     turn = np.conj(low) * high
-    return turn.imag > np.where(turn.real > 0, np.tan(_NARROWEST) * turn.real, 0)
+    return np.imag(turn) > np.tan(_NARROWEST) * np.maximum(np.real(turn), 0)
 
 
 def _apex(a: np.ndarray, b: np.ndarray | complex, from_a: np.ndarray, from_b: np.ndarray) -> np.ndarray:
@@ -97,4 +97,4 @@ def _apex(a: np.ndarray, b: np.ndarray | complex, from_a: np.ndarray, from_b: np
 
 
 def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return one.real * other.imag - one.imag * other.real
+    return np.imag(np.conj(one) * other)

@@ -1,6 +1,7 @@
 """Smoothing of surfaces, before anything is measured on them, and of functions on surfaces."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -69,7 +70,7 @@ def _laplacian(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, sp.
     return mass, sp.csc_array(potpourri3d.cotan_laplacian(vertices, faces, denom_eps=_LEAST_AREA))
 
 
-def _factors(matrix: sp.sparray) -> scipy.sparse.linalg.SuperLU:
+def _factors(matrix: Any) -> scipy.sparse.linalg.SuperLU:
     # Symmetric and positive: an ordering for such matrices, and no pivoting, take half of the time.
     return scipy.sparse.linalg.splu(
         matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
