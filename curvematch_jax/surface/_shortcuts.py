@@ -1,5 +1,7 @@
 """A graph on the vertices of a surface: edges, and straight lines over faces, with shortest ways close to geodesics."""
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -58,7 +60,7 @@ def _lines(faces: np.ndarray, length: np.ndarray, opposite: np.ndarray) -> list[
     a = length + 0j
     b = _apex(a, 0j, length[after], length[after[after]])
     # The source, where the line began (one that comes back there is no shortest way), the window, its ends and view.
-    state = (tail, after, after, a, b, a, b)
+    state: tuple[Any, ...] = (tail, after, after, a, b, a, b)
     found = []
     for _ in range(_DEPTH):
         keep = (opposite[state[2]] >= 0) & _wide(*state[5:])
