@@ -44,10 +44,11 @@ from curvematch_jax import (
     load_mesh,
     rank,
 )
-from curvematch_jax.cli._inputs import Failure, Source
 from curvematch_jax.cli._jax import configure_jax
-from curvematch_jax.cli._workers import cores, in_processes
 from curvematch_jax.datasets import Composite, labelled_folder
+from curvematch_jax.extraction import Failure
+from curvematch_jax.extraction._sources import Source
+from curvematch_jax.extraction._workers import cores, in_processes
 from curvematch_jax.pictures import Tile, sheet
 from curvematch_jax.retrieval import run_settings
 

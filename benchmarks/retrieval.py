@@ -22,11 +22,11 @@ from pathlib import Path
 import numpy as np
 from _record import machine, versions, write
 
-from curvematch_jax.cli._inputs import Source, gather_all
 from curvematch_jax.cli._jax import configure_jax
 from curvematch_jax.cli._output import scores_table
-from curvematch_jax.cli._workers import cores
 from curvematch_jax.datasets import labelled_folder
+from curvematch_jax.extraction import extract_collection
+from curvematch_jax.extraction._workers import cores
 from curvematch_jax.retrieval import Matching, dissimilarity_matrix, evaluate, rerank, run_settings
 from curvematch_jax.surface import Extraction
 
@@ -56,14 +56,14 @@ def main() -> None:
 def measured(folder: Path, matching: Matching, jobs: int) -> dict[str, object]:
     """Everything there is to say about one collection; prints it as it comes."""
     labelled = labelled_folder(folder)
-    sources = [Source(path, path.name) for path, _ in labelled]
     with peak_memory() as peak:
         started = time.perf_counter()
-        parts, failed = gather_all(sources, Extraction(), jobs, progress=True)
+        made = extract_collection([path for path, _ in labelled], jobs=jobs, progress=True)
+        parts, failed = list(made.parts), made.failures
         extracted = time.perf_counter()
         matrix = dissimilarity_matrix(parts, matching, progress=True)
         seconds = {"parts": extracted - started, "matrix": time.perf_counter() - extracted}
-    classes = dict(zip((source.name for source in sources), (label for _, label in labelled), strict=True))
+    classes = {path.name: label for path, label in labelled}
     labels = [classes[p.name] for p in parts]
     measures = {}
     for name, values in (("as it is", matrix), ("re-ranked", rerank(matrix))):
@@ -73,7 +73,7 @@ def measured(folder: Path, matching: Matching, jobs: int) -> dict[str, object]:
             print(f"\n{folder.name}, {name}\n{scores_table(scores)}")
     counts = np.array([len(p.areas) for p in parts])
     print(
-        f"\n{folder.name}: {len(parts)} of {len(sources)} objects, {counts.sum()} parts, "
+        f"\n{folder.name}: {len(parts)} of {len(labelled)} objects, {counts.sum()} parts, "
         f"parts {seconds['parts']:.0f} s, matrix {seconds['matrix']:.0f} s, peak {max(peak) / 2**30:.2f} GiB"
     )
     return {

@@ -31,6 +31,7 @@ from .elastic import (
     to_srvf,
     warp_onto,
 )
+from .extraction import Extracted, Failure, extract_collection
 from .retrieval import (
     Collection,
     GradedScores,
@@ -65,7 +66,9 @@ __all__ = [
     "Composite",
     "Creature",
     "Elastic",
+    "Extracted",
     "Extraction",
+    "Failure",
     "Geodesic",
     "GradedScores",
     "Match",
@@ -95,6 +98,7 @@ __all__ = [
     "evaluate",
     "evaluate_graded",
     "exp_map",
+    "extract_collection",
     "extract_parts",
     "geodesic",
     "labelled_folder",

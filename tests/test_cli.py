@@ -12,9 +12,9 @@ import pytest
 import trimesh
 
 from curvematch_jax.cli._app import run
-from curvematch_jax.cli._inputs import find_meshes, find_sources
-from curvematch_jax.cli._workers import one_line
 from curvematch_jax.datasets import creature
+from curvematch_jax.extraction._sources import find_meshes, find_sources
+from curvematch_jax.extraction._workers import one_line
 from curvematch_jax.retrieval import load_matrix, load_parts
 
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ..extraction._workers import TIME_LIMIT, cores, one_line
 from ..retrieval import Matching
 from ..surface import Extraction
 from . import _commands, _curves
@@ -19,7 +20,6 @@ from ._jax import configure_jax
 from ._matrix import make_index, make_matrix, show_status
 from ._output import Output, complain
 from ._query import Explanation, Question, run_query
-from ._workers import TIME_LIMIT, cores, one_line
 
 USAGE = 2
 _INTERRUPTED = 130
@@ -47,8 +47,7 @@ class Preset(StrEnum):
 class FieldName(StrEnum):
     """The distances along the surface of `Extraction`."""
 
-    heat = "heat"
-    fast_marching = "fast_marching"
+    geodesic = "geodesic"
     diffusion = "diffusion"
     biharmonic = "biharmonic"
     commute_time = "commute_time"

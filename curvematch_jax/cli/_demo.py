@@ -12,6 +12,7 @@ import numpy as np
 
 from .._progress import reporter
 from ..datasets import CREATURES, creature
+from ..extraction._workers import in_processes
 from ..pictures import Tile, matrix_picture, sheet
 from ..retrieval import (
     Matching,
@@ -26,7 +27,6 @@ from ..retrieval import (
 )
 from ..surface import Extraction, Mesh, Parts, extract_parts
 from ._output import Output, ranking_rows, ranking_table, scores_table
-from ._workers import in_processes
 
 POSES = 5
 COMPOSITE, SOURCES = "centaur", ("horse", "human")

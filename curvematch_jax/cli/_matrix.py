@@ -8,13 +8,15 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
+from ..extraction import Failure
+from ..extraction._collection import extract_each
+from ..extraction._kept import Store
+from ..extraction._sources import Source, find_sources, is_parts
 from ..retrieval import Matching, StoredParts, build_index, build_matrix, matrix_status, run_settings
 from ..retrieval._executors import connect
 from ..retrieval._matrix_file import vacant
 from ..surface import Extraction
 from ._commands import SOME_FAILED, report_failures
-from ._inputs import Failure, Source, find_sources, gather, is_parts
-from ._kept import Store
 from ._output import Output
 
 
@@ -123,7 +125,7 @@ def _stored(
     store = None if all(is_parts(source.path) for source in sources) else Store(folder, extraction)
     paths: dict[int, Path] = {}
     failures: dict[int, Failure] = {}
-    for index, result in gather(sources, extraction, jobs, output.progress, store):
+    for index, result in extract_each(sources, extraction, jobs, output.progress, store):
         if isinstance(result, Failure):
             failures[index] = result
         elif store is None or is_parts(sources[index].path):

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from ..extraction import Failure
 from ..retrieval import Ranking, Scores
-from ._inputs import Failure
 
 _HEADINGS = {
     "nn": "NN",

@@ -9,11 +9,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from .._progress import Progress
+from ..extraction import Failure, extract_collection
+from ..extraction._sources import find_meshes, is_parts
 from ..pictures import check_picture, explanation_picture
 from ..retrieval import RERANKED, Collection, Matching, Ranking, is_index, rank, reranked, run_settings
-from ..surface import Extraction, Mesh, MeshError, Parts, load_mesh
+from ..surface import Mesh, MeshError, Parts, load_mesh
 from ._commands import SOME_FAILED, report_failures
-from ._inputs import Failure, find_meshes, find_sources, gather_all, is_parts
 from ._output import Output, matches_table, ranking_rows, ranking_table
 
 # Objects beside the query in a picture: as many as stay readable in one row.
@@ -72,7 +73,8 @@ def run_query(
     with clock.stage("collection"):
         collection, parts, failed = _opened(place, question.matching, explanation, jobs, output)
     with clock.stage("query"):
-        found, unusable = gather_all(find_sources(queries), collection.extraction, jobs)
+        asked = extract_collection(queries, collection.extraction, jobs=jobs)
+    found, unusable = asked.parts, asked.failures
     report_failures(unusable, len(found), output)
     files = _mesh_files(explanation, queries[0], [*collection.names, found[0].name])
     answers, texts = [], []
@@ -112,9 +114,9 @@ def _opened(
                 f"{place}: an index holds no surfaces to draw: --explain needs --in with a folder of parts"
             )
         return Collection.open(place, matching), [], []
-    parts, failed = gather_all(find_sources([place]), Extraction(), jobs)
-    report_failures(failed, len(parts), output)
-    return Collection.of(parts, matching, output.progress), parts, failed
+    read = extract_collection([place], jobs=jobs)
+    report_failures(read.failures, len(read.parts), output)
+    return Collection.of(read.parts, matching, output.progress), list(read.parts), list(read.failures)
 
 
 def _answer(query: Parts, ranking: Ranking, top: int, explanation: Explanation | None) -> dict[str, object]:

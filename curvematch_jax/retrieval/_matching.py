@@ -66,8 +66,8 @@ class Matching:
     next to the feature point, up to a part's first gap; a level that only one of the two parts has counts as
     `missing`, one that neither has does not count. Added are `front_weight` times the mean difference of the
     logarithms of the fronts, and `isometry_weight` times the mean difference of the logarithms of the lengths in
-    diameters, each counted up to 0.2, with weights `k^-0.6`, and the mean up to `isometry_limit`: it tells a body from
-    others of nearly the same proportions, and is the same constant for everything that is farther from isometric.
+    sizes (`Parts.size`), each counted up to 0.2, with weights `k^-0.6`, and the mean up to `isometry_limit`: it tells
+    a body from others of nearly the same proportions, and is the same constant for all that is farther from isometric.
 
     Attributes:
         aligner: the alignment of two curves.

@@ -25,7 +25,7 @@ from ._files import replacing
 from ._settings import require_same_extraction
 
 # Also to be raised when extraction gives other parts from the same mesh: the key of a source depends on it.
-PARTS_FORMAT = 4
+PARTS_FORMAT = 5
 
 _ARRAYS = ("curves", "mask", "lengths", "fronts", "centres", "areas", "points", "between", "spectrum", "views")
 # The kinds of dtype (`numpy.dtype.kind`) of all fields.

@@ -25,8 +25,8 @@ class Stack:
         rows: (P, L) where in `curves` a part's level is, -1 where it is masked or beyond a gap.
         log_lengths: (P, L) in the unit that was asked for; 0 where there is no row.
         log_fronts: (P, L)
-        log_units: (P,) `log_lengths` less this are those in diameters; 0 for lengths in the mesh's unit, which are
-            to be compared as they are.
+        log_units: (P,) `log_lengths` less this are those in sizes of the surface; 0 for lengths in the mesh's unit,
+            which are to be compared as they are.
         starts: (M + 1,) object j has the parts `starts[j]` to `starts[j + 1]`.
     """
 
@@ -82,6 +82,7 @@ def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
     rows = np.full(mask.shape, -1)
     rows[mask] = np.arange(mask.sum())
     units = np.concatenate([np.full(len(parts.areas), _unit(parts, unit)) for parts in collection])[:, None]
+    sizes = np.concatenate([np.full(len(parts.areas), parts.size / parts.diameter) for parts in collection])
     lengths = np.concatenate([parts.lengths for parts in collection]) * units
     fronts = np.concatenate([parts.fronts for parts in collection]) * units
     return Stack(
@@ -89,7 +90,7 @@ def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
         rows=rows,
         log_lengths=np.log(np.where(mask, lengths, 1.0)).astype(np.float32),
         log_fronts=np.log(fronts + _SHORTEST_FRONT).astype(np.float32),
-        log_units=np.log(units[:, 0]).astype(np.float32) * (unit != "mesh"),
+        log_units=np.log(units[:, 0] * sizes).astype(np.float32) * (unit != "mesh"),
         starts=np.cumsum([0, *(len(parts.areas) for parts in collection)]),
     )
 
