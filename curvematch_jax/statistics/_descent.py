@@ -26,7 +26,7 @@ from ._tangent import exp, vertices
 _TOLERANCE = 3e-4  # of the gradient's norm, in radians
 _GAIN = 1e-3  # a warp has to bring a curve nearer by this share
 _SETTLED = 2e-3  # share of the sum that another alignment of all curves still takes away
-_ROUNDS, _FIXED_ROUNDS = 20, 30  # with alignment, and without
+_ROUNDS, _FIXED_ROUNDS = 8, 30  # with alignment, and without
 _LEAST_STEP = 1 / 32
 _FINE = 8  # entries of a warp to a side, where many are averaged
 _NEAREST = 0.05  # share of the mean distance below which Weiszfeld's weights grow no more

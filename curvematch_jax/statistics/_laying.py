@@ -47,7 +47,7 @@ class Laid(NamedTuple):
 def lay(sample: Sample, base: np.ndarray, group: np.ndarray, warp: np.ndarray) -> Laid:
     """Each curve, along its warp, laid onto `base[group]`, with the best rotation."""
 
-    def compute(part: np.ndarray) -> Laid:
+    def compute(part: np.ndarray) -> tuple[Array, ...]:
         index = chunks.padded(part, _CHUNK)
         return _laid(base[group[index]], sample.points[index], warp[index])
 
@@ -105,15 +105,15 @@ def _gathered(compute: Callable[[np.ndarray], Any], count: int) -> list[np.ndarr
 
 
 @jax.jit
-def _laid(base: Float[AnyArray, "k d n"], points: Float[AnyArray, "k d m"], warp: Float[AnyArray, "k nodes"]) -> Laid:
+def _laid(base: Float[AnyArray, "k d n"], points: Float[AnyArray, "k d m"], warp: Float[AnyArray, "k nodes"]):
     rotation, q = _turned(base, points, warp)
     v, distance = log(base, q)
-    return Laid(warp, rotation, q, v, distance)
+    return warp, rotation, q, v, distance
 
 
 @jax.jit
 def _apart(base: Float[AnyArray, "k d n"], points: Float[AnyArray, "k d m"], warp: Float[AnyArray, "k nodes"]):
-    return sphere_distance(base, _turned(base, points, warp)[1])
+    return sphere_distance(jnp.asarray(base), _turned(base, points, warp)[1])
 
 
 def _turned(base, points, warp) -> tuple[Float[Array, "k d d"], Float[Array, "k d n"]]:

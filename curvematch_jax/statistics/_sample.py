@@ -68,9 +68,8 @@ def as_sample(curves: ArrayLike | Sequence, samples: int | None = None) -> np.nd
     Curves of different lengths are resampled by arc length to `samples`, the most that one has unless given.
     Raises `ValueError` for what are no closed curves, for different dimensions, and for none.
     """
-    listed = isinstance(curves, list | tuple)
-    shapes = {np.shape(curve) for curve in curves} if listed else set()
-    if len(shapes) > 1:
+    shapes = {np.shape(curve) for curve in curves} if isinstance(curves, list | tuple) else set()
+    if len(shapes) > 1 and isinstance(curves, list | tuple):
         curves = _of_one_length([np.asarray(curve) for curve in curves], samples)
     found = np.asarray(as_framed_numbers(curves))
     if found.ndim != 3:

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ..elastic._check import traced
 from ..elastic._curve import norm
 from ..elastic._frame import AnyArray
 from ..elastic._geodesic import joined, path_length, straighten
@@ -41,7 +42,7 @@ def exp(base: Float[AnyArray, "*b d n"], v: Float[AnyArray, "*b d n"]) -> Float[
     Raises `ValueError` for concrete vectors of hundreds of radians, for which there is no use.
     """
     base, v, steps = jnp.asarray(base), jnp.asarray(v), STEPS
-    if not isinstance(v, jax.core.Tracer):
+    if not traced(v):
         largest = float(jnp.max(norm_of(v), initial=0))
         if not largest < 2 * np.pi * _MOST_TURNS:
             raise ValueError(f"a tangent vector of {largest:.3g} radians leads {_MOST_TURNS} times round the shapes.")
