@@ -29,6 +29,8 @@ class _Class(NamedTuple):
     log_lengths: np.ndarray  # (P, L)
     ends: np.ndarray  # (P,) levels that are there
     size: float  # logarithm of the diameter in units of the root of the area
+    spectrum: np.ndarray  # (20,)
+    views: np.ndarray  # (322,)
 
 
 def generated(
@@ -47,7 +49,10 @@ def _prototype(random: np.random.Generator, counts: Counts, levels: int) -> _Cla
     profile = np.interp(np.linspace(0, 1, levels), np.linspace(0, 1, len(_PROFILE)), np.log(_PROFILE))
     log_lengths = profile + 0.35 * random.normal() + 0.55 * _smooth(random, (parts,), levels)
     ends = np.where(random.random(parts) < 0.5, levels, random.integers(levels // 2, levels + 1, parts))
-    return _Class(_curve_modes(random, parts, levels), log_lengths, ends, float(0.45 + 0.25 * random.normal()))
+    size = float(0.45 + 0.25 * random.normal())
+    spectrum = np.log(4 * np.pi * np.arange(1, 21)) + 0.3 * random.normal(size=20)
+    views = random.gamma(1.0, 2 / 322, 322)
+    return _Class(_curve_modes(random, parts, levels), log_lengths, ends, size, spectrum, views)
 
 
 def _curve_modes(random: np.random.Generator, parts: int, levels: int) -> np.ndarray:
@@ -95,6 +100,8 @@ def _member(kind: _Class, random: np.random.Generator, counts: Counts, settings:
         diameter=float(np.exp(kind.size + away * 0.05 * random.normal())),
         settings=settings,
         notes=(),
+        spectrum=(kind.spectrum + away * 0.1 * random.normal(size=20)).astype(np.float32),
+        views=(kind.views * np.exp(away * 0.4 * random.normal(size=322))).astype(np.float32),
     )
 
 

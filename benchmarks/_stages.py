@@ -15,7 +15,7 @@ from _measure import cores, seconds_each
 import curvematch_jax as cm
 from curvematch_jax.elastic._certify import path_distance
 from curvematch_jax.elastic._refine import from_warps, refine
-from curvematch_jax.elastic._search import search, starts
+from curvematch_jax.elastic._search import search
 from curvematch_jax.elastic._start import best_start, shift_covariances
 
 
@@ -53,7 +53,7 @@ def stages(aligner: cm.Aligner, curves1: np.ndarray, curves2: np.ndarray) -> dic
 
 def _elastic_costs(price: Callable, aligner: cm.Elastic, first, second) -> dict[str, float]:
     """Paths are true ones in all stages: how far the reads of neighbouring lanes lie apart depends on them."""
-    costs = {"start points": price(lambda a, b: starts(a, b, aligner.rounds[0].paths), first, second)}
+    costs: dict[str, float] = {}
     for number in range(1, len(aligner.rounds) + 1):
         so_far = price(ft.partial(_paths, aligner, number), first, second)
         costs[f"round {number}"] = so_far - sum(costs.values())

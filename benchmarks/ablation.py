@@ -19,10 +19,10 @@ from pathlib import Path
 import numpy as np
 from _record import versions, write
 
-from curvematch_jax.cli._inputs import Source, gather_all
 from curvematch_jax.cli._jax import configure_jax
-from curvematch_jax.cli._workers import cores
 from curvematch_jax.datasets import labelled_folder
+from curvematch_jax.extraction import extract_collection
+from curvematch_jax.extraction._workers import cores
 from curvematch_jax.retrieval import Matching, Scores, dissimilarity_matrix, evaluate, run_settings
 from curvematch_jax.surface import Extraction, Parts
 
@@ -96,8 +96,9 @@ def ablated(folder: Path, rows: Sequence[str], jobs: int) -> Iterator[tuple[str,
     for name in rows:
         extraction, matching = ROWS[name]
         if extraction not in extracted:
-            sources = [Source(path, path.name) for path, _ in labelled]
-            extracted[extraction], _ = gather_all(sources, extraction, jobs)
+            extracted[extraction] = list(
+                extract_collection([path for path, _ in labelled], extraction, jobs=jobs).parts
+            )
         parts = extracted[extraction]
         values = measured(parts, [classes[p.name] for p in parts], matching)
         print(

@@ -32,6 +32,7 @@ from benchmarks._graded import RELATED, SOURCE, Relatives, graded, measured, rel
 from benchmarks._record import versions, write
 from benchmarks.baselines import BASELINES
 from curvematch_jax import (
+    Collection,
     Extraction,
     Matching,
     Mesh,
@@ -43,10 +44,11 @@ from curvematch_jax import (
     load_mesh,
     rank,
 )
-from curvematch_jax.cli._inputs import Failure, Source
 from curvematch_jax.cli._jax import configure_jax
-from curvematch_jax.cli._workers import cores, in_processes
 from curvematch_jax.datasets import Composite, labelled_folder
+from curvematch_jax.extraction import Failure
+from curvematch_jax.extraction._sources import Source
+from curvematch_jax.extraction._workers import cores, in_processes
 from curvematch_jax.pictures import Tile, sheet
 from curvematch_jax.retrieval import run_settings
 
@@ -92,7 +94,8 @@ def dissimilarities(
     """Of every method: its name, and the dissimilarities `(Q, M)`."""
     parts = [model.parts for model in models]
     for name in methods:
-        yield name, np.stack([rank(query.parts, parts, METHODS[name]).dissimilarity for query in queries])
+        ready = Collection.of(parts, METHODS[name])
+        yield name, np.stack([rank(query.parts, ready, METHODS[name]).dissimilarity for query in queries])
     for baseline in BASELINES:
         first, second = ([each.baselines[baseline.name] for each in side] for side in (queries, models))
         yield baseline.name, baseline.compare(first, second)

@@ -25,7 +25,7 @@ from _judge import Case, Verdict, judge, smaller
 from _record import versions, write
 from _seeds import FORMATS, suffix_of
 
-from curvematch_jax.cli._workers import in_processes
+from curvematch_jax.extraction._workers import in_processes
 
 _CLOCK = 30.0  # seconds; workers that share a machine are slower than their own processor time says
 

@@ -22,16 +22,14 @@ from pathlib import Path
 import numpy as np
 from _record import machine, versions, write
 
-from curvematch_jax.cli._inputs import Source, gather_all
 from curvematch_jax.cli._jax import configure_jax
 from curvematch_jax.cli._output import scores_table
-from curvematch_jax.cli._workers import cores
 from curvematch_jax.datasets import labelled_folder
-from curvematch_jax.retrieval import Matching, evaluate, run_settings
-from curvematch_jax.retrieval._matrix import fused_rows, part_to_object
+from curvematch_jax.extraction import extract_collection
+from curvematch_jax.extraction._workers import cores
+from curvematch_jax.retrieval import Matching, dissimilarity_matrix, evaluate, rerank, run_settings
 from curvematch_jax.surface import Extraction
 
-FUSIONS = ("mean", "belief", "weighted")
 _SAMPLING_SECONDS = 0.2
 
 
@@ -40,10 +38,11 @@ def main() -> None:
     parser.add_argument("folders", nargs="+", type=Path, metavar="DIR")
     parser.add_argument("--out", type=Path, metavar="FILE.json")
     parser.add_argument("--jobs", type=int, default=cores())
-    parser.add_argument("--paper", action="store_true", help="the published method instead of the default")
+    presets = ("default", "articulated", "generic", "paper")
+    parser.add_argument("--preset", choices=presets, default="default")
     arguments = parser.parse_args()
     configure_jax(cache=False)
-    matching = Matching.paper() if arguments.paper else Matching()
+    matching = Matching() if arguments.preset == "default" else getattr(Matching, arguments.preset)()
     results = {
         "versions": versions(),
         "machine": machine(),
@@ -57,26 +56,24 @@ def main() -> None:
 def measured(folder: Path, matching: Matching, jobs: int) -> dict[str, object]:
     """Everything there is to say about one collection; prints it as it comes."""
     labelled = labelled_folder(folder)
-    sources = [Source(path, path.name) for path, _ in labelled]
     with peak_memory() as peak:
         started = time.perf_counter()
-        parts, failed = gather_all(sources, Extraction(), jobs, progress=True)
+        made = extract_collection([path for path, _ in labelled], jobs=jobs, progress=True)
+        parts, failed = list(made.parts), made.failures
         extracted = time.perf_counter()
-        distances = part_to_object(parts, matching, progress=True)
+        matrix = dissimilarity_matrix(parts, matching, progress=True)
         seconds = {"parts": extracted - started, "matrix": time.perf_counter() - extracted}
-    classes = dict(zip((source.name for source in sources), (label for _, label in labelled), strict=True))
+    classes = {path.name: label for path, label in labelled}
     labels = [classes[p.name] for p in parts]
     measures = {}
-    for fusion in FUSIONS:
-        settings = dataclasses.replace(matching, fusion=fusion)
-        scores = evaluate(fused_rows(parts, distances, settings), labels) if repeated(labels) else None
-        measures[fusion] = scores.summary() if scores else None
+    for name, values in (("as it is", matrix), ("re-ranked", rerank(matrix))):
+        scores = evaluate(values, labels) if repeated(labels) else None
+        measures[name] = scores.summary() if scores else None
         if scores:
-            preset = " (the preset)" if fusion == matching.fusion else ""
-            print(f"\n{folder.name}, {fusion}{preset}\n{scores_table(scores)}")
+            print(f"\n{folder.name}, {name}\n{scores_table(scores)}")
     counts = np.array([len(p.areas) for p in parts])
     print(
-        f"\n{folder.name}: {len(parts)} of {len(sources)} objects, {counts.sum()} parts, "
+        f"\n{folder.name}: {len(parts)} of {len(labelled)} objects, {counts.sum()} parts, "
         f"parts {seconds['parts']:.0f} s, matrix {seconds['matrix']:.0f} s, peak {max(peak) / 2**30:.2f} GiB"
     )
     return {
@@ -87,7 +84,6 @@ def measured(folder: Path, matching: Matching, jobs: int) -> dict[str, object]:
         "part_pairs": int(counts.sum() ** 2 - (counts**2).sum()) // 2,
         "seconds": seconds,
         "peak_bytes": max(peak),
-        "fusion": matching.fusion,
         "measures": measures,
     }
 

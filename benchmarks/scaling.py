@@ -8,6 +8,7 @@ JSON on stdout, progress on stderr, with `--out` also a picture beside it. The m
     query   default settings, 5,000 models of 4 to 10 parts with 23 levels of 100 samples: seconds to make the
             collection ready, and seconds of a query by stage, compiled already, for the best ten (classes of 50), for
             the best twenty where classes have ten members, and for the whole ranking
+    index   as the first of these, from an index on disk that a process of its own opens: `--full` with 20,000 models
     matrix  models of one part with one level of 16 samples, so that as many pairs of objects as possible are compared:
             peak of memory and seconds a pair of objects, for 100 to 3,162 models; `--full`: to 10,000
 """
@@ -42,15 +43,15 @@ _SMALL_ALIGNER = Rigid(grid=16, measured=False, chunk=2048)
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="How retrieval grows with the collection.")
-    parser.add_argument("--full", action="store_true", help="a matrix of 10,000 models too: many minutes")
+    parser.add_argument("--full", action="store_true", help="a matrix of 10,000 models, an index of 20,000: hours")
     parser.add_argument("--out", type=Path, metavar="FILE.json")
     parser.add_argument("--run", nargs=2, metavar=("WHAT", "CASE"), help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.run:
         what, case = options.run
-        print(json.dumps(query(case) if what == "query" else matrix(int(case))))
+        print(json.dumps({"query": query, "index": opened, "matrix": matrix}[what](case)))
         return
-    results = report(_COUNTS if options.full else _COUNTS[:-1])
+    results = report(_COUNTS if options.full else _COUNTS[:-1], 20000 if options.full else _MODELS)
     facts: Any = rounded(results)
     print(json.dumps(facts, indent=1, allow_nan=False))
     if options.out:
@@ -58,12 +59,13 @@ def main() -> None:
         picture(results["matrix"], options.out.with_suffix(".png"))
 
 
-def report(counts: tuple[int, ...]) -> dict:
+def report(counts: tuple[int, ...], indexed: int) -> dict:
     """Everything there is to say about scaling."""
     return {
         "versions": versions(),
         "machine": machine() | {"load_before": os.getloadavg()[0]},
         "query": {case: _elsewhere("query", case) for case in _CASES},
+        "index": indexed_here(indexed),
         "matrix": [_elsewhere("matrix", str(count)) for count in counts],
     }
 
@@ -94,6 +96,35 @@ def query(case: str) -> dict:
     }
 
 
+def indexed_here(models: int) -> dict:
+    """An index made here, opened and asked elsewhere."""
+    with tempfile.TemporaryDirectory() as name:
+        started = time.perf_counter()
+        Collection.of(generated(models)).save(Path(name) / "I")
+        seconds = time.perf_counter() - started
+        stored = sum(path.stat().st_size for path in (Path(name) / "I").iterdir())
+        return {"models": models, "made_seconds": seconds, "stored_bytes": stored, **_elsewhere("index", name)}
+
+
+def opened(folder: str) -> dict:
+    """Queries of an index for the best ten in this process, and whether they are those of the whole ranking."""
+    started = time.perf_counter()
+    ready = Collection.open(Path(folder) / "I")
+    seconds = time.perf_counter() - started
+    queries = list(generated(_QUERIES + 1))
+    rank(queries[-1], ready, top=10)
+    timed = [_timed(one, ready, 10) for one in queries[:-1]]
+    peak = resident_bytes("VmHWM")
+    whole, best = rank(queries[0], ready), rank(queries[0], ready, top=10)
+    return {
+        "opened_seconds": seconds,
+        "seconds_median": float(np.median([row["seconds"] for row in timed])),
+        "cpu_seconds_median": float(np.median([row["cpu"] for row in timed])),
+        "peak_bytes": peak,
+        "same_as_whole": bool((whole.order[:10] == best.order[:10]).all()),
+    }
+
+
 def _timed(one: Parts, ready: Collection, top: int | None) -> dict:
     started, worked = time.perf_counter(), time.process_time()
     ranking = rank(one, ready, top=top)
@@ -105,8 +136,9 @@ def _timed(one: Parts, ready: Collection, top: int | None) -> dict:
     }
 
 
-def matrix(count: int) -> dict:
+def matrix(models: str) -> dict:
     """A matrix of small models on disk in this process, their parts read when they are needed."""
+    count = int(models)
     matching = dataclasses.replace(Matching(), aligner=_SMALL_ALIGNER)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -23,12 +23,14 @@ from curvematch_jax import Aligner, Elastic, Round
 from curvematch_jax._optional import require
 
 SETTINGS: dict[str, Aligner] = {
-    "one coarse round": Elastic((Round(6, 48),), steps=2, knots=128, nodes=4),
-    "two rounds": Elastic((Round(8, 32), Round(2, 96)), steps=3),
+    "one coarse round": Elastic((Round(8, 48),), steps=2, knots=128, nodes=4),
+    "two rounds": Elastic((Round(16, 32), Round(2, 96)), steps=3),
+    "half the starts": Elastic((Round(16, 24, 5), Round(4, 72, 6), Round(2, 216, 6))),
+    "half the knots": Elastic(knots=128, nodes=4),
     "fast": PRESETS["fast"],
-    "more starts": Elastic((Round(24, 32), Round(12, 64), Round(4, 192)), paths=1, steps=4),
-    "more refined": Elastic((Round(12, 32), Round(6, 64), Round(4, 192)), paths=4, steps=6),
-    "wide": Elastic((Round(24, 48, 12), Round(12, 96, 12), Round(4, 192, 12)), paths=2, steps=6, chunk=32),
+    "more starts": Elastic((Round(64, 24, 5), Round(12, 72, 6), Round(4, 216, 6))),
+    "more refined": Elastic(paths=2, steps=6),
+    "wide": Elastic((Round(32, 48, 12), Round(12, 96, 12), Round(4, 192, 12)), paths=2, steps=6),
     "accurate": PRESETS["accurate"],
 }
 _COLOURS = ("#2b6cb0", "#d7301f", "#238b45", "#6a51a3")

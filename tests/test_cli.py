@@ -12,9 +12,9 @@ import pytest
 import trimesh
 
 from curvematch_jax.cli._app import run
-from curvematch_jax.cli._inputs import find_meshes, find_sources
-from curvematch_jax.cli._workers import one_line
 from curvematch_jax.datasets import creature
+from curvematch_jax.extraction._sources import find_meshes, find_sources
+from curvematch_jax.extraction._workers import one_line
 from curvematch_jax.retrieval import load_matrix, load_parts
 
 
@@ -308,3 +308,22 @@ def test_demo(tmp_path):
     for name in ("D.zarr", "labels.csv", "matrix.png", "ranked.png", "parts"):
         assert (tmp_path / "demo" / name).exists()
     assert any((tmp_path / "cache" / "curvematch_jax").iterdir())
+
+
+def test_index_answers_as_the_folder_does(meshes, parts_dir, tmp_path, capsys):
+    index = tmp_path / "I.index"
+    assert result(capsys, "index", parts_dir, "--out", index)["added"] == 4
+    assert result(capsys, "index", parts_dir, "--out", index)["added"] == 0
+    queries = [meshes / "snake1.off", parts_dir / "hand0.off.npz"]
+    both = result(capsys, "query", *queries, "--in", index, "--exclude-self", "--top", 2)
+    assert [each["query"] for each in both["queries"]] == ["snake1.off", "hand0.off"]
+    assert [each["results"][0]["name"] for each in both["queries"]] == ["snake0.off", "hand1.off"]
+    one = result(capsys, "query", queries[0], "--in", parts_dir, "--exclude-self", "--top", 2)
+    assert one["results"] == both["queries"][0]["results"]
+    again = result(capsys, "query", queries[0], "--in", index, "--rerank")
+    assert again["reranked"]
+    assert {row["name"] for row in again["results"][:2]} == {"snake0.off", "snake1.off"}
+    assert "made for witnesses" in error(capsys, "query", queries[0], "--in", index, "--preset", "articulated")
+    assert "no surfaces to draw" in error(capsys, "query", queries[0], "--in", index, "--explain", tmp_path / "a.png")
+    assert "several meshes" in error(capsys, "query", *queries, "--in", index, "--explain", tmp_path / "a.png")
+    assert "symmetric" in error(capsys, "query", queries[0], "--in", parts_dir, "--preset", "partial", "--rerank")

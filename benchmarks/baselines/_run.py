@@ -10,8 +10,8 @@ from typing import Any
 
 from benchmarks._record import machine, versions, write
 from curvematch_jax._progress import reporter
-from curvematch_jax.cli._workers import cores, in_processes, one_line
 from curvematch_jax.datasets import CREATURES, creature, labelled_folder
+from curvematch_jax.extraction._workers import cores, in_processes, one_line
 from curvematch_jax.retrieval import Scores, evaluate
 from curvematch_jax.surface import Mesh, clean, load_mesh
 

@@ -9,15 +9,18 @@ import numpy as np
 
 from curvematch_jax._optional import require
 from curvematch_jax.surface import Mesh
+from curvematch_jax.surface._pose import canonical_vertices
+from curvematch_jax.surface._views import (
+    PIXELS,
+    WINDOW,
+    depth_images,
+    image_magnitudes,
+    nearness,
+    reach_magnitudes,
+)
 
 from ._common import l1
-from ._pose import canonical_vertices
-from ._rays import depths
-from .rsh import magnitudes
 
-PIXELS = 256  # on a side
-WINDOW = 2.0  # half a side, in mean distances from the centroid; what is beyond is cut off
-FREQUENCIES = 5  # of images: |p| + |q| at most
 CONTOUR_FREQUENCIES = 50
 _CONTOUR_POINTS = 512
 
@@ -27,23 +30,11 @@ compare = l1
 def describe(mesh: Mesh) -> np.ndarray:
     """186 numbers of six depth images, 150 of three silhouettes and 136 of rays; each kind sums up to 1."""
     triangles = canonical_vertices(mesh)[mesh.faces]
-    images = [depths(np.roll(triangles, axis, axis=2), WINDOW, PIXELS) for axis in range(3)]
-    depth = [image_magnitudes(view) for low, high in images for view in (nearness(high), nearness(-low))]
-    silhouette = [contour_magnitudes(np.isfinite(high)) for _, high in images]
-    parts = np.concatenate(depth), np.concatenate(silhouette), magnitudes(triangles)
+    images = depth_images(triangles)
+    depth = [image_magnitudes(nearness(image)) for image in images]
+    silhouette = [contour_magnitudes(np.isfinite(image)) for image in images[::2]]
+    parts = np.concatenate(depth), np.concatenate(silhouette), reach_magnitudes(triangles)
     return np.concatenate([part / part.sum() for part in parts])
-
-
-def nearness(height: np.ndarray) -> np.ndarray:
-    """A depth image: 1 on the near side of the cube that the window is a side of, 0 on the far side and in the void."""
-    return np.clip(height + WINDOW, 0, 2 * WINDOW) / (2 * WINDOW)
-
-
-def image_magnitudes(image: np.ndarray) -> np.ndarray:
-    """Magnitudes of the lowest frequencies, `(31,)`: of each pair `(p, q)` and `(-p, -q)`, which are equal, one."""
-    p, q = np.mgrid[0 : FREQUENCIES + 1, -FREQUENCIES : FREQUENCIES + 1]
-    low = (p + abs(q) <= FREQUENCIES) & ((p > 0) | (q >= 0))
-    return np.abs(np.fft.fft2(image)[p[low], q[low]]) / image.size
 
 
 def contour_magnitudes(silhouette: np.ndarray) -> np.ndarray:

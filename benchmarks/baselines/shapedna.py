@@ -9,17 +9,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from curvematch_jax.surface import Mesh
-from curvematch_jax.surface._spectral import eigenpairs
-from curvematch_jax.surface._topology import face_areas
+from curvematch_jax.surface._spectrum import spectrum
 
 EIGENVALUES = 15  # besides the first, which is 0
 
 
 def describe(mesh: Mesh) -> np.ndarray:
     """The first eigenvalues above 0, ascending, times the area, which makes them free of scale."""
-    size = float(np.sqrt(face_areas(mesh.vertices, mesh.faces).sum()))
-    eigenvalues, _ = eigenpairs((mesh.vertices - mesh.vertices.mean(axis=0)) / size, mesh.faces, EIGENVALUES)
-    return eigenvalues
+    return spectrum(mesh, EIGENVALUES)
 
 
 def compare(queries: Sequence[np.ndarray], objects: Sequence[np.ndarray]) -> np.ndarray:

@@ -21,7 +21,7 @@ from benchmarks._record import versions, write
 from benchmarks.baselines._run import Model, generated, models_in
 from curvematch_jax._progress import reporter
 from curvematch_jax.cli._jax import configure_jax
-from curvematch_jax.cli._workers import cores, in_processes
+from curvematch_jax.extraction._workers import cores, in_processes
 from curvematch_jax.retrieval import Matching, dissimilarity_matrix, run_settings
 from curvematch_jax.surface import Extraction, Mesh, Parts, clean, extract_parts
 

@@ -27,7 +27,7 @@ from benchmarks.figures import (
 )
 from benchmarks.figures._common import Collection, Figure, parser_of, perform, say
 from curvematch_jax.cli._jax import configure_jax
-from curvematch_jax.cli._workers import one_line
+from curvematch_jax.extraction._workers import one_line
 
 FIGURES: dict[str, Figure] = {
     module.FIGURE.name: module.FIGURE

@@ -10,6 +10,7 @@ the first method.
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import zlib
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from benchmarks.figures._queries import changed, compared, query_options
 from curvematch_jax.surface import Extraction, Parts
 from curvematch_jax.surface._features import feature_points
 from curvematch_jax.surface._fields import distances_on
-from curvematch_jax.surface._parts import parts_around, prepared
+from curvematch_jax.surface._parts import described, parts_around, prepared
 
 # Vertices this far from where a point is to be, as a share of the way, are as good as any.
 _TOLERANCE = 0.25
@@ -42,7 +43,9 @@ def parts_from_moved_points(task: tuple[Model, float]) -> Parts:
     features = feature_points(mesh, distances, settings.epsilon, settings.least)
     random = np.random.default_rng(zlib.crc32(model.name.encode()))
     vertices = [moved(distances(v), amount * features.diameter, random) for v in features.vertices.tolist()]
-    return parts_around(mesh, distances, features._replace(vertices=np.array(vertices)), settings, report.messages)
+    features = features._replace(vertices=np.array(vertices))
+    parts = parts_around(mesh, distances, features, settings, report.messages)
+    return dataclasses.replace(parts, **described(mesh))
 
 
 def run(collection: Collection, picture: Path, arguments: argparse.Namespace) -> Numbers:

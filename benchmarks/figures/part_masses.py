@@ -25,7 +25,7 @@ def run(collection: Collection, picture: Path, arguments: argparse.Namespace) ->
     return {
         "query": collection.described[query].name,
         "conflict": ranking.conflict,
-        "unknown": ranking.unknown,
+        "ignorance": ranking.ignorance,
         "objects": [
             {
                 "name": collection.described[others[j]].name,

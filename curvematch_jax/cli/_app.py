@@ -11,15 +11,15 @@ from typing import Annotated, Any
 
 import typer
 
+from ..extraction._workers import TIME_LIMIT, cores, one_line
 from ..retrieval import Matching
 from ..surface import Extraction
 from . import _commands, _curves
 from ._demo import run_demo
 from ._jax import configure_jax
-from ._matrix import make_matrix, show_status
+from ._matrix import make_index, make_matrix, show_status
 from ._output import Output, complain
-from ._query import Explanation, run_query
-from ._workers import TIME_LIMIT, cores, one_line
+from ._query import Explanation, Question, run_query
 
 USAGE = 2
 _INTERRUPTED = 130
@@ -33,20 +33,21 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_mar
 class Preset(StrEnum):
     """The named `Matching` settings."""
 
-    best = "best"
+    default = "default"
     elastic = "elastic"
+    articulated = "articulated"
+    generic = "generic"
     partial = "partial"
     paper = "paper"
 
     def matching(self) -> Matching:
-        return Matching() if self is Preset.best else getattr(Matching, self.value)()
+        return Matching() if self is Preset.default else getattr(Matching, self.value)()
 
 
 class FieldName(StrEnum):
     """The distances along the surface of `Extraction`."""
 
-    heat = "heat"
-    fast_marching = "fast_marching"
+    geodesic = "geodesic"
     diffusion = "diffusion"
     biharmonic = "biharmonic"
     commute_time = "commute_time"
@@ -64,7 +65,8 @@ Quiet = Annotated[bool, typer.Option("--quiet", help="No progress and no notes; 
 PresetOption = Annotated[
     Preset,
     typer.Option(
-        help="How parts are matched: best; elastic, with curves reparametrised; partial, for pieces of bodies and "
+        help="How objects are compared: default, for any collection; articulated, for bodies that bend; generic, for "
+        "things of many kinds; elastic, the default with curves reparametrised; partial, for pieces of bodies and "
         "bodies put together of such; paper, as published."
     ),
 ]
@@ -85,6 +87,9 @@ def parts(
     samples: Annotated[int, typer.Option(help="Points on a curve.")] = _DEFAULT.samples,
     field: Annotated[FieldName, typer.Option(help="Distance along the surface.")] = _FIELD,
     vertices: Annotated[int, typer.Option(help="Vertices that meshes are remeshed to.")] = _DEFAULT.vertices,
+    spacing: Annotated[float, typer.Option(help="More than 1: denser levels near the point.")] = _DEFAULT.spacing,
+    least: Annotated[int, typer.Option(help="Parts that an object has at least.")] = _DEFAULT.least,
+    smoothing: Annotated[float, typer.Option(help="In square roots of the area.")] = _DEFAULT.smoothing,
     time_limit: Annotated[
         float, typer.Option(min=1, metavar="SECONDS", help="How long one mesh may take; longer ones are given up.")
     ] = TIME_LIMIT,
@@ -94,7 +99,7 @@ def parts(
     quiet: Quiet = False,
 ) -> int:
     """Cut meshes into parts and save them; meshes whose parts are in the folder already are left alone."""
-    extraction = Extraction(epsilon, radius, levels, samples, field.value, vertices)
+    extraction = Extraction(epsilon, radius, levels, samples, field.value, vertices, spacing, least, smoothing)
     return _commands.make_parts(meshes, out, extraction, jobs, time_limit, strict, Output(json, quiet))
 
 
@@ -107,7 +112,7 @@ def matrix(
             metavar="MESHES...", help="Mesh files, folders of them, or folders of parts.", show_default=False
         ),
     ] = None,
-    preset: PresetOption = Preset.best,
+    preset: PresetOption = Preset.default,
     scheduler: Annotated[
         str | None, typer.Option(metavar="tcp://HOST:PORT", help="Compute the blocks on this dask cluster.")
     ] = None,
@@ -127,10 +132,34 @@ def matrix(
 
 
 @app.command()
+def index(
+    meshes: Annotated[
+        list[Path], typer.Argument(metavar="MESHES...", help="Mesh files, folders of them, or folders of parts.")
+    ],
+    out: Annotated[Path, typer.Option(metavar="INDEX", help="Where the index is, or is to be.")],
+    preset: PresetOption = Preset.default,
+    jobs: Jobs = _CORES,
+    strict: Strict = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Make a collection ready for queries that open it at once; the same command adds what is new."""
+    return make_index(meshes, out, _DEFAULT, preset.matching(), jobs, strict, Output(json, quiet))
+
+
+@app.command()
 def query(
-    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="A mesh file, or its parts.")],
-    collection: Annotated[Path, typer.Option("--in", metavar="PARTS_DIR", help="Folder of parts to search.")],
+    mesh: Annotated[list[Path], typer.Argument(metavar="MESH...", help="Mesh files, or their parts.")],
+    collection: Annotated[
+        Path, typer.Option("--in", metavar="INDEX|PARTS_DIR", help="Index, or folder of parts, to search.")
+    ],
     top: Annotated[int, typer.Option(min=1, help="How many of the best to list.")] = 10,
+    exclude_self: Annotated[
+        bool, typer.Option("--exclude-self", help="Leave out what has the query's own parts.")
+    ] = False,
+    rerank: Annotated[
+        bool, typer.Option("--rerank", help="Put the first 50 in order by what is near to their neighbours.")
+    ] = False,
     explain: Annotated[
         Path | None,
         typer.Option(metavar="FILE.png", help="Draw matched parts in the same colours, and list them in the result."),
@@ -139,28 +168,34 @@ def query(
         Path | None,
         typer.Option(metavar="DIR", help="Folder with the collection's meshes: surfaces for the picture of --explain."),
     ] = None,
-    preset: PresetOption = Preset.best,
+    preset: PresetOption = Preset.default,
     jobs: Jobs = _CORES,
     strict: Strict = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Rank a collection by likeness to one mesh; its parts are made with the collection's settings."""
+    """Rank a collection by likeness to meshes; their parts are made with the collection's settings."""
     if meshes is not None and explain is None:
         raise typer.BadParameter("--meshes is for the picture of --explain, which was not asked for")
+    if explain is not None and len(mesh) > 1:
+        raise typer.BadParameter("--explain draws one query, and several meshes were given")
     explanation = None if explain is None else Explanation(explain, meshes)
-    return run_query(mesh, collection, preset.matching(), top, explanation, jobs, strict, Output(json, quiet))
+    question = Question(preset.matching(), top, exclude_self, rerank)
+    return run_query(mesh, collection, question, explanation, jobs, strict, Output(json, quiet))
 
 
 @app.command()
 def evaluate(
     matrix: Annotated[Path, typer.Argument(metavar="D.zarr", help="A matrix made by `curvematch matrix`.")],
     labels: Annotated[Path, typer.Option(metavar="labels.csv", help="The classes, columns `file,class`.")],
+    rerank: Annotated[
+        bool, typer.Option("--rerank", help="Of the matrix after a step of diffusion among neighbours.")
+    ] = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
     """Measure how well a matrix finds the members of each class."""
-    return _commands.run_evaluation(matrix, labels, Output(json, quiet))
+    return _commands.run_evaluation(matrix, labels, rerank, Output(json, quiet))
 
 
 @app.command()

@@ -8,10 +8,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..datasets import match_labels, read_labels
-from ..retrieval import evaluate, load_matrix
+from ..extraction import Failure
+from ..extraction._collection import extract_each
+from ..extraction._kept import Store
+from ..extraction._sources import find_sources, is_parts
+from ..retrieval import evaluate, load_matrix, rerank
 from ..surface import Extraction, Parts
-from ._inputs import Failure, find_sources, gather, is_parts
-from ._kept import Store
 from ._output import Output, scores_table
 
 SOME_FAILED = 1
@@ -36,7 +38,7 @@ def make_parts(
     store = Store(out, extraction)
     written: dict[int, dict[str, object]] = {}
     failures: dict[int, Failure] = {}
-    for index, result in gather(sources, extraction, jobs, output.progress, store, time_limit):
+    for index, result in extract_each(sources, extraction, jobs, output.progress, store, time_limit):
         if is_parts(sources[index].path):
             failures[index] = Failure(
                 sources[index].name, f"{sources[index].path}: a parts file, and meshes are needed"
@@ -68,14 +70,17 @@ def make_parts(
     return SOME_FAILED if failed and strict else 0
 
 
-def run_evaluation(matrix: Path, labels: Path, output: Output) -> int:
-    """`curvematch evaluate`: the measures of a saved matrix."""
+def run_evaluation(matrix: Path, labels: Path, reranked: bool, output: Output) -> int:
+    """`curvematch evaluate`: the measures of a saved matrix, as it is or re-ranked."""
     saved = load_matrix(matrix)
-    scores = evaluate(saved.dissimilarity, match_labels(saved.names, read_labels(labels), labels))
+    values = rerank(saved.dissimilarity) if reranked else saved.dissimilarity
+    scores = evaluate(values, match_labels(saved.names, read_labels(labels), labels))
     for note in saved.notes:
         output.note(note)
     summary = scores.summary()
-    output.result(scores_table(scores), {**summary, "notes": list(saved.notes), "settings": saved.settings})
+    output.result(
+        scores_table(scores), {**summary, "reranked": reranked, "notes": list(saved.notes), "settings": saved.settings}
+    )
     return 0
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from .._progress import reporter
 from ..datasets import CREATURES, creature
+from ..extraction._workers import in_processes
 from ..pictures import Tile, matrix_picture, sheet
 from ..retrieval import (
     Matching,
@@ -26,7 +27,6 @@ from ..retrieval import (
 )
 from ..surface import Extraction, Mesh, Parts, extract_parts
 from ._output import Output, ranking_rows, ranking_table, scores_table
-from ._workers import in_processes
 
 POSES = 5
 COMPOSITE, SOURCES = "centaur", ("horse", "human")
@@ -76,7 +76,7 @@ def run_demo(out: Path, jobs: int, output: Output) -> int:
             "query": made[query].mesh.name,
             "results": ranking_rows(ranking, _TOP),
             "conflict": ranking.conflict,
-            "unknown": ranking.unknown,
+            "ignorance": ranking.ignorance,
             "class_order": classes,
             "sources_first": set(classes[: len(SOURCES)]) == set(SOURCES),
             "files": [str(path) for path in files],

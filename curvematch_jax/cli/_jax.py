@@ -10,7 +10,7 @@ from pathlib import Path
 
 import jax
 
-from ._workers import cores
+from ..extraction._workers import cores
 
 
 def configure_jax(cache: bool = True) -> None:

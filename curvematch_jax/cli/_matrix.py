@@ -1,4 +1,4 @@
-"""The work of `curvematch matrix`, from checked arguments to its exit status."""
+"""The work of `curvematch matrix` and `index`, from checked arguments to its exit status."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from ..retrieval import Matching, StoredParts, build_matrix, matrix_status, run_settings
-from ..retrieval._cluster import connect
+from ..extraction import Failure
+from ..extraction._collection import extract_each
+from ..extraction._kept import Store
+from ..extraction._sources import Source, find_sources, is_parts
+from ..retrieval import Matching, StoredParts, build_index, build_matrix, matrix_status, run_settings
+from ..retrieval._executors import connect
 from ..retrieval._matrix_file import vacant
 from ..surface import Extraction
 from ._commands import SOME_FAILED, report_failures
-from ._inputs import Failure, Source, find_sources, gather, is_parts
-from ._kept import Store
 from ._output import Output
 
 
@@ -60,6 +62,37 @@ def make_matrix(
     return SOME_FAILED if failed and strict else 0
 
 
+def make_index(
+    inputs: Sequence[Path],
+    out: Path,
+    extraction: Extraction,
+    matching: Matching,
+    jobs: int,
+    strict: bool,
+    output: Output,
+) -> int:
+    """Meshes or parts to an index, or what is new into it; parts of meshes are kept beside it."""
+    started = time.perf_counter()
+    sources = find_sources(inputs)
+    paths, failed = _stored(sources, out.with_suffix(".parts"), extraction, jobs, output)
+    report_failures(failed, len(paths), output)
+    parts = StoredParts(list(paths.values()), [sources[index].name for index in paths])
+    added = build_index(parts, out, matching, output.progress)
+    seconds = time.perf_counter() - started
+    output.result(
+        f"{len(parts)} objects: index in {out}, {added} of them new ({seconds:.1f} s)",
+        {
+            "out": str(out),
+            "objects": len(parts),
+            "added": added,
+            "failed": [dataclasses.asdict(failure) for failure in failed],
+            "settings": run_settings(parts[0].settings, matching),
+            "seconds": seconds,
+        },
+    )
+    return SOME_FAILED if failed and strict else 0
+
+
 def show_status(out: Path, output: Output) -> int:
     """How far a matrix has come; another process may be at work on it."""
     status = matrix_status(out)
@@ -92,7 +125,7 @@ def _stored(
     store = None if all(is_parts(source.path) for source in sources) else Store(folder, extraction)
     paths: dict[int, Path] = {}
     failures: dict[int, Failure] = {}
-    for index, result in gather(sources, extraction, jobs, output.progress, store):
+    for index, result in extract_each(sources, extraction, jobs, output.progress, store):
         if isinstance(result, Failure):
             failures[index] = result
         elif store is None or is_parts(sources[index].path):

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from ..extraction import Failure
 from ..retrieval import Ranking, Scores
-from ._inputs import Failure
 
 _HEADINGS = {
     "nn": "NN",
@@ -86,10 +86,10 @@ def ranking_table(ranking: Ranking, top: int) -> str:
     width = max(len(str(row["name"])) for row in rows)
     lines = [f"rank  {'name':<{width}}  probability  dissimilarity"]
     lines += [
-        f"{row['rank']:>4}  {row['name']:<{width}}  {row['probability']:>11.5f}  {row['dissimilarity']:>13.5f}"
+        f"{row['rank']:>4}  {row['name']:<{width}}  {row['probability']:>11.5f}  {row['dissimilarity']:>13.5g}"
         for row in rows
     ]
-    lines.append(f"conflict {ranking.conflict:.5f}, unknown {ranking.unknown:.5f}")
+    lines.append(f"conflict {ranking.conflict:.5f}, ignorance {ranking.ignorance:.5f}")
     return "\n".join(lines)
 
 

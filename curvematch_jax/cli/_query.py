@@ -8,11 +8,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from .._progress import Progress
+from ..extraction import Failure, extract_collection
+from ..extraction._sources import find_meshes, is_parts
 from ..pictures import check_picture, explanation_picture
-from ..retrieval import Matching, Ranking, rank, run_settings
-from ..surface import Extraction, Mesh, MeshError, Parts, load_mesh
+from ..retrieval import RERANKED, Collection, Matching, Ranking, is_index, rank, reranked, run_settings
+from ..surface import Mesh, MeshError, Parts, load_mesh
 from ._commands import SOME_FAILED, report_failures
-from ._inputs import find_meshes, find_sources, gather_all, is_parts
 from ._output import Output, matches_table, ranking_rows, ranking_table
 
 # Objects beside the query in a picture: as many as stay readable in one row.
@@ -40,51 +42,92 @@ class _Clock:
         self.seconds[name] = time.perf_counter() - started
 
 
+@dataclasses.dataclass(frozen=True)
+class Question:
+    """What is asked of the collection."""
+
+    matching: Matching
+    top: int
+    exclude_self: bool = False
+    rerank: bool = False
+
+    def ranked(self, query: Parts, collection: Collection, progress: Progress) -> Ranking:
+        top = max(self.top, RERANKED) if self.rerank else self.top
+        ranking = rank(query, collection, self.matching, progress, top, self.exclude_self)
+        return reranked(collection, ranking) if self.rerank else ranking
+
+
 def run_query(
-    query: Path,
-    folder: Path,
-    matching: Matching,
-    top: int,
+    queries: Sequence[Path],
+    place: Path,
+    question: Question,
     explanation: Explanation | None,
     jobs: int,
     strict: bool,
     output: Output,
 ) -> int:
-    """`curvematch query`: one mesh, or its parts, against a folder of parts."""
+    """`curvematch query`: meshes, or their parts, against an index or a folder of parts."""
     if explanation is not None:
         check_picture(explanation.picture)
     clock = _Clock()
     with clock.stage("collection"):
-        collection, failed = gather_all(find_sources([folder]), Extraction(), jobs)
-    report_failures(failed, len(collection), output)
+        collection, parts, failed = _opened(place, question.matching, explanation, jobs, output)
     with clock.stage("query"):
-        found, unusable = gather_all(find_sources([query]), collection[0].settings, jobs)
+        asked = extract_collection(queries, collection.extraction, jobs=jobs)
+    found, unusable = asked.parts, asked.failures
     report_failures(unusable, len(found), output)
-    files = _mesh_files(explanation, query, [*collection, found[0]])
-    ranking = rank(found[0], collection, matching, output.progress, top=top)
-    clock.seconds.update(ranking.seconds)
-    for note in ranking.notes:
-        output.note(note)
-    if explanation is not None:
-        with clock.stage("picture"):
-            _draw(found[0], collection, ranking, explanation.picture, min(top, _DRAWN), files, output)
+    files = _mesh_files(explanation, queries[0], [*collection.names, found[0].name])
+    answers, texts = [], []
+    for query in found:
+        ranking = question.ranked(query, collection, output.progress)
+        for name, seconds in ranking.seconds.items():
+            clock.seconds[name] = clock.seconds.get(name, 0.0) + seconds
+        for note in ranking.notes:
+            output.note(note)
+        if explanation is not None:
+            with clock.stage("picture"):
+                _draw(query, parts, ranking, explanation.picture, min(question.top, _DRAWN), files, output)
+        answers.append(_answer(query, ranking, question.top, explanation))
+        texts.append(_text(ranking, question.top, explanation))
     output.note(", ".join(f"{name} {seconds:.2f} s" for name, seconds in clock.seconds.items()))
-    output.result(
-        _text(ranking, top, explanation),
-        {
-            "query": found[0].name,
-            "results": ranking_rows(ranking, top, explained=explanation is not None),
-            "objects": len(collection),
-            "conflict": ranking.conflict,
-            "unknown": ranking.unknown,
-            "notes": list(ranking.notes),
-            "failed": [dataclasses.asdict(failure) for failure in failed],
-            "picture": None if explanation is None else str(explanation.picture),
-            "seconds": clock.seconds,
-            "settings": run_settings(collection[0].settings, matching),
-        },
-    )
-    return SOME_FAILED if failed and strict else 0
+    if len(found) > 1:
+        texts = [f"{query.name}\n{text}" for query, text in zip(found, texts, strict=True)]
+    facts = {
+        "objects": len(collection.names),
+        "failed": [dataclasses.asdict(failure) for failure in (*failed, *unusable)],
+        "picture": None if explanation is None else str(explanation.picture),
+        "reranked": question.rerank,
+        "seconds": clock.seconds,
+        "settings": run_settings(collection.extraction, question.matching),
+    }
+    output.result("\n\n".join(texts), (answers[0] if len(queries) == 1 else {"queries": answers}) | facts)
+    return SOME_FAILED if (failed or unusable) and strict else 0
+
+
+def _opened(
+    place: Path, matching: Matching, explanation: Explanation | None, jobs: int, output: Output
+) -> tuple[Collection, list[Parts], list[Failure]]:
+    """The collection, its parts where there are such, and what could not be read."""
+    if is_index(place):
+        if explanation is not None:
+            raise ValueError(
+                f"{place}: an index holds no surfaces to draw: --explain needs --in with a folder of parts"
+            )
+        return Collection.open(place, matching), [], []
+    read = extract_collection([place], jobs=jobs)
+    report_failures(read.failures, len(read.parts), output)
+    return Collection.of(read.parts, matching, output.progress), list(read.parts), list(read.failures)
+
+
+def _answer(query: Parts, ranking: Ranking, top: int, explanation: Explanation | None) -> dict[str, object]:
+    """What JSON says of one query."""
+    return {
+        "query": query.name,
+        "results": ranking_rows(ranking, top, explained=explanation is not None),
+        "conflict": ranking.conflict,
+        "ignorance": ranking.ignorance,
+        "notes": list(ranking.notes),
+    }
 
 
 def _text(ranking: Ranking, top: int, explanation: Explanation | None) -> str:
@@ -95,7 +138,7 @@ def _text(ranking: Ranking, top: int, explanation: Explanation | None) -> str:
     return f"{table}\n\n{matches_table(ranking, top)}\n\nmatched parts in the same colours: {explanation.picture}"
 
 
-def _mesh_files(explanation: Explanation | None, query: Path, objects: Sequence[Parts]) -> dict[int, Path]:
+def _mesh_files(explanation: Explanation | None, query: Path, names: Sequence[str]) -> dict[int, Path]:
     """The mesh files, as far as they are known, by the indices of objects of which the query is the last.
 
     Raises:
@@ -105,9 +148,9 @@ def _mesh_files(explanation: Explanation | None, query: Path, objects: Sequence[
         return {}
     files: dict[int, Path] = {}
     if explanation.meshes is not None:
-        named = find_meshes(explanation.meshes, [parts.name for parts in objects])
-        files = {j: named[parts.name] for j, parts in enumerate(objects) if parts.name in named}
-    return files if is_parts(query) else files | {len(objects) - 1: query}
+        named = find_meshes(explanation.meshes, names)
+        files = {j: named[name] for j, name in enumerate(names) if name in named}
+    return files if is_parts(query) else files | {len(names) - 1: query}
 
 
 def _draw(

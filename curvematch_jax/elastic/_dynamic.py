@@ -18,7 +18,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float, Int
 
-from ._lanes import dot
+from ._lanes import dot, filled
 
 _IMPOSSIBLE = -1e9
 _FIRST = 1.0  # total at the start: away from 0, near which marks would be denormal numbers
@@ -45,7 +45,7 @@ def _products(
 
 def _forward(products: Float[Array, "rows o l"], slopes: int) -> tuple[Float[Array, "o l"], Int[Array, "n o l"]]:
     """Totals of the last row, and the step that reaches every node best."""
-    rows, span, lanes = products.shape
+    rows, span, _ = products.shape
     steps = range(-slopes, slopes + 1)
     weights = [math.sqrt(1 - (step / slopes) ** 2) / (2 * (rows - 1)) for step in steps]
     mask = (1 << (2 * slopes).bit_length()) - 1
@@ -62,7 +62,7 @@ def _forward(products: Float[Array, "rows o l"], slopes: int) -> tuple[Float[Arr
         mark = lax.bitcast_convert_type(best, _integer(best.dtype)) & mask
         return (best, here), mark.astype(jnp.int8)
 
-    first = jnp.full((span, lanes), _IMPOSSIBLE, products.dtype).at[span // 2].set(_FIRST)
+    first = filled(_IMPOSSIBLE, products[0], products).at[span // 2].set(_FIRST)
     (total, _), marks = lax.scan(row, (first, products[0]), products[1:])
     return total, marks
 
@@ -84,6 +84,6 @@ def _backward(marks: Int[Array, "n o l"], width: int, slopes: int) -> Int[Array,
         before = jnp.clip(offset - (step.astype(jnp.int32) - slopes), 0, span - 1)
         return before, before
 
-    last = jnp.full((lanes,), width, jnp.int32)
+    last = filled(width, jnp.zeros(lanes, jnp.int32), marks)
     _, offsets = lax.scan(row, last, marks, reverse=True)
     return jnp.concatenate([offsets, last[None]]) - width

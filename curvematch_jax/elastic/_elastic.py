@@ -11,8 +11,8 @@ from ._aligner import Aligner, Alignment, Round, check_least
 from ._certify import path_distance
 from ._frame import AnyArray
 from ._refine import from_warps, refine, warps_of
-from ._search import MOST_STARTS, search
-from ._tables import CurveTable, tabulate
+from ._search import search
+from ._tables import TANGENTS, CurveTable, tabulate
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Elastic(Aligner):
         chunk: pairs computed at once.
     """
 
-    rounds: tuple[Round, ...] = (Round(16, 32, 6), Round(5, 64, 6), Round(2, 192, 6))
+    rounds: tuple[Round, ...] = (Round(32, 24, 5), Round(6, 72, 6), Round(2, 216, 6))
     paths: int = 1
     steps: int = 4
     knots: int = 256
@@ -47,15 +47,21 @@ class Elastic(Aligner):
                 )
             nodes = round_.nodes
         kept = [round_.paths for round_ in self.rounds] + [self.paths]
-        if not self.rounds or kept != sorted(kept, reverse=True) or kept[0] > MOST_STARTS:
-            raise ValueError(f"Elastic needs rounds of fewer and fewer paths, {MOST_STARTS} at most, not {kept}.")
+        if not self.rounds or kept != sorted(kept, reverse=True):
+            raise ValueError(f"Elastic needs rounds of fewer and fewer paths, not {kept}.")
+        starts = self.rounds[0].slopes * self.rounds[0].nodes
+        if TANGENTS % starts or kept[0] > starts:
+            raise ValueError(
+                f"Elastic.rounds[0] = {self.rounds[0]}: slopes * nodes has to divide {TANGENTS}, and there can be no "
+                "more paths than that."
+            )
         if self.knots < 8 or self.knots & (self.knots - 1):
             raise ValueError(f"Elastic.knots = {self.knots}: it has to be a power of 2, 8 or more.")
 
     @staticmethod
     def accurate() -> Elastic:
         """The best alignment known, at about a seventh of the speed."""
-        rounds = Round(32, 48, 8), Round(12, 96, 8), Round(6, 192, 8)
+        rounds = Round(64, 32, 6), Round(16, 96, 8), Round(6, 288, 8)
         return Elastic(rounds, paths=3, steps=4, knots=512, chunk=16)
 
     def tabulate(self, curve: Float[AnyArray, "b d n"]) -> CurveTable:

@@ -6,8 +6,8 @@ XLA's CPU back end fuses an expensive producer into each of its consumers, which
 it apart; `SPLIT_FUSIONS` says where.
 """
 
+import functools as ft
 from collections.abc import Callable
-from functools import reduce
 from operator import add
 from typing import Any
 
@@ -23,12 +23,12 @@ SPLIT_FUSIONS = ("cpu",)
 
 def dot(a: Float[Array, "d *#k"], b: Float[Array, "d *#k"]) -> Float[Array, "..."]:
     """`sum_i a_i b_i` over the first axis; the others broadcast."""
-    return reduce(add, (x * y for x, y in zip(a, b, strict=True)))
+    return ft.reduce(add, (x * y for x, y in zip(a, b, strict=True)))
 
 
 def frobenius(a: Float[Array, "d e *k"], b: Float[Array, "d e *k"]) -> Float[Array, "*k"]:
     """`tr(A^T B)` of matrices on the two first axes."""
-    return reduce(add, (dot(x, y) for x, y in zip(a, b, strict=True)))
+    return ft.reduce(add, (dot(x, y) for x, y in zip(a, b, strict=True)))
 
 
 def rotate(rotation: Float[Array, "e d *l"], field: Float[Array, "d *k"]) -> Float[Array, "e *k"]:
@@ -70,5 +70,15 @@ def fusion_barrier(compute: Callable[..., Any], true: Bool[Array, ""] | None, *o
     """
     if true is None or jax.default_backend() not in SPLIT_FUSIONS:
         return compute(*operands)
-    nothing = lambda *_: jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(compute, *operands))  # noqa: E731
+    nothing = lambda *_: jax.tree.map(lambda x: filled(0, x, true), jax.eval_shape(compute, *operands))  # noqa: E731
     return lax.cond(true, compute, nothing, *operands)
+
+
+def filled(value: float, shape: Any, beside: Array) -> Array:
+    """An array of one value, of the shape and dtype of another.
+
+    What a loop carries and what two branches give have to agree in whether they vary over the devices of a
+    `jax.shard_map`: this varies as `beside` does.
+    """
+    some = beside.reshape(-1)[0]
+    return jnp.full(shape.shape, jnp.where(some == some, value, value)).astype(shape.dtype)

@@ -20,6 +20,22 @@ def periodic(
     return left + rise * (position - index.astype(x.dtype))[None], rise * size.astype(x.dtype)[None]
 
 
+def summed(
+    table: Float[Array, "p d c"], count: Int[Array, " p"], x: Float[Array, "p k"]
+) -> tuple[Float[Array, "d p k"], Float[Array, "d p k"]]:
+    """The integral of a vector field up to any real x, and the field there, from the integral up to `i/count`."""
+    size = count[:, None]
+    turns = jnp.floor(x)
+    position = (x - turns) * size.astype(x.dtype)
+    index = jnp.minimum(position.astype(jnp.int32), size - 1)
+    whole = jnp.take_along_axis(table, size[:, None], axis=2, mode="promise_in_bounds")
+    both = jnp.concatenate([index, index + 1], axis=1)
+    left, right = jnp.split(jnp.moveaxis(fusion_barrier(_entries, count[0] > 0, table, both), 1, 0), 2, axis=-1)
+    rise = right - left
+    integral = left + rise * (position - index.astype(x.dtype))[None] + turns[None] * jnp.moveaxis(whole, 1, 0)
+    return integral, rise * size.astype(x.dtype)[None]
+
+
 def nearest(table: Float[Array, "p d c"], count: Int[Array, " p"], x: Float[Array, "p k"]) -> Float[Array, "d p k"]:
     """A vector field at the entry of its table nearest to x, in turns."""
     size = count[:, None]

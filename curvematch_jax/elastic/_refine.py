@@ -1,9 +1,10 @@
 """Refinement of paths on the continuous problem: Gauss-Newton steps in the path and the rotation together.
 
 Both curves are traversed at once: at the times `k/m` curve1 has the arc length `k/m - u_k` and curve2 `k/m + u_k`. u is
-periodic, `|u'| < 1`, and in between the curves' own parameters are linear. The residual of a piece,
-`q1(gamma1) sqrt(gamma1') - R q2(gamma2) sqrt(gamma2')` at its middle, depends on two of the u and on the rotation: the
-Gauss-Newton matrix is cyclic tridiagonal, bordered by the rotation's `d (d - 1) / 2` unknowns, and a step costs
+periodic, `|u'| < 1`, and in between the curves' own parameters are linear. The residual of a piece is the mean of
+`q1(gamma1) sqrt(gamma1') - R q2(gamma2) sqrt(gamma2')` over it, from the integrals of q: it changes with where a piece
+ends even where q jumps, at the corners of outlines. It depends on two of the u and on the rotation: the Gauss-Newton
+matrix is cyclic tridiagonal, bordered by the rotation's `d (d - 1) / 2` unknowns, and a step costs
 O(m log m). On a copy of a curve the residual vanishes at the solution, and the steps converge quadratically. They are
 damped, and accepted only when they improve.
 """
@@ -18,8 +19,8 @@ from jax import lax
 from jaxtyping import Array, Bool, Float
 
 from ._cyclic import solve_cyclic
-from ._lanes import dot, fusion_barrier, multiply, rotate, running_sum, solve
-from ._lookup import lifted, periodic
+from ._lanes import dot, filled, fusion_barrier, multiply, rotate, running_sum, solve
+from ._lookup import lifted, summed
 from ._rotation import cayley, covariance, generators
 from ._tables import CurveTable
 
@@ -48,16 +49,12 @@ _LANES_LAST = ("rotation", "chord", "corner", "turning")
 
 
 class _Sampled(NamedTuple):
-    """Both curves in the middle of every piece, and how knots move there."""
+    """A curve at the knots of a path, the last a turn after the first."""
 
-    q1: Float[Array, "d l m"]
-    slope1: Float[Array, "d l m"]
-    q2: Float[Array, "d l m"]
-    slope2: Float[Array, "d l m"]
-    run1: Float[Array, "l m"]  # gamma'
-    run2: Float[Array, "l m"]
-    pace1: Float[Array, "l m"]  # parameter to arc length at the knots
-    pace2: Float[Array, "l m"]
+    integral: Float[Array, "d l m+1"]  # of q
+    q: Float[Array, "d l m+1"]
+    pace: Float[Array, "l m+1"]  # parameter to arc length
+    root: Float[Array, "l m"]  # m / sqrt(gamma'), of the pieces
 
 
 def refine(
@@ -87,8 +84,8 @@ def refine(
         return (state, damping, place), None
 
     shapes = jax.eval_shape(partial(_state, first, second, None), u, rotation)
-    nothing = State(*(jnp.full(x.shape, jnp.inf, x.dtype) for x in shapes))
-    damping = jnp.full_like(u[:, 0], _FIRST_DAMPING / _EASING)
+    nothing = State(*(filled(jnp.inf, x, u) for x in shapes))
+    damping = filled(_FIRST_DAMPING / _EASING, u[:, 0], u)
     return lax.scan(step, (nothing, damping, (u, rotation)), jnp.arange(steps + 1))[0][0]
 
 
@@ -128,38 +125,38 @@ def _by_pairs(look_up, table, x, *rest):
     return jax.tree.map(lambda y: y.reshape(*y.shape[:-2], *x.shape), found)
 
 
-def _sampled(first: CurveTable, second: CurveTable, u: Float[Array, "l m"]) -> _Sampled:
-    knots = u.shape[1]
-    time = jnp.asarray(np.arange(knots) / knots, u.dtype)
-    found = []
-    for table, place in ((first, time[None] - u), (second, time[None] + u)):
-        knot, pace = _by_pairs(lifted, table.times, place)
-        after = jnp.concatenate([knot[:, 1:], knot[:, :1] + 1], axis=1)
-        q, slope = _by_pairs(periodic, table.srvf, (knot + after) / 2, table.count)
-        found.append((q, slope, jnp.maximum(after - knot, 1e-9) * knots, pace))
-    (q1, slope1, run1, pace1), (q2, slope2, run2, pace2) = found
-    return _Sampled(q1, slope1, q2, slope2, run1, run2, pace1, pace2)
-
-
 def _state(first: CurveTable, second: CurveTable, true, u: Float[Array, "l m"], rotation) -> State:
-    at = fusion_barrier(partial(_sampled, first, second), true, u)
-    vectors = fusion_barrier(_vectors, true, at, rotation)
-    return State(u, rotation, *_normal_equations(*vectors))
+    time = jnp.asarray(np.arange(u.shape[1]) / u.shape[1], u.dtype)[None]
+    at1 = fusion_barrier(partial(_sampled, first), true, time - u)
+    at2 = fusion_barrier(lambda place, turn: _turned(_sampled(second, place), turn), true, time + u, rotation)
+    return State(u, rotation, *_normal_equations(*fusion_barrier(_vectors, true, at1, at2)))
 
 
-def _vectors(at: _Sampled, rotation: Float[Array, "d d l"]):
-    """Of every piece: the residual, `R q2 sqrt(gamma2')`, and the residual's derivatives in u at its two ends."""
-    knots = at.run1.shape[1]
-    root1, root2 = jnp.sqrt(at.run1)[None], jnp.sqrt(at.run2)[None]
-    turn = rotation[..., None]
-    along1, along2 = at.slope1 * (root1 / 2), rotate(turn, at.slope2) * (root2 / 2)
-    turned = rotate(turn, at.q2)
-    longer1, longer2 = at.q1 * (knots / 2 / root1), turned * (knots / 2 / root2)
-    pace1, pace2 = at.pace1[None], at.pace2[None]
-    after1, after2 = (jnp.roll(pace, -1, axis=-1) for pace in (pace1, pace2))
-    left = (longer1 - along1) * pace1 + (longer2 - along2) * pace2
-    right = -(longer1 + along1) * after1 - (longer2 + along2) * after2
-    return at.q1 * root1 - turned * root2, turned * root2, left, right
+def _sampled(table: CurveTable, place: Float[Array, "l m"]) -> _Sampled:
+    pieces = place.shape[1]
+    knot, pace = _by_pairs(lifted, table.times, jnp.concatenate([place, place[:, :1] + 1], axis=1))
+    integral, q = _by_pairs(summed, table.sums, knot, table.count)
+    run = jnp.maximum(jnp.diff(knot, axis=1) * pieces, 1e-9)
+    return _Sampled(integral, q, pace, pieces / jnp.sqrt(run))
+
+
+def _turned(at: _Sampled, rotation: Float[Array, "d d l"]) -> _Sampled:
+    integral, q = (rotate(rotation[..., None], field) for field in (at.integral, at.q))
+    return at._replace(integral=integral, q=q)
+
+
+def _vectors(at1: _Sampled, at2: _Sampled):
+    """Of every piece: the residual, its part of curve2, and its derivatives in u at its two ends."""
+    (carried1, left1, right1), (carried2, left2, right2) = _carried(at1), _carried(at2)
+    return carried1 - carried2, carried2, -left1 - left2, -right1 - right2
+
+
+def _carried(at: _Sampled):
+    """`(Q(b) - Q(a)) / sqrt((b - a) / m)`, Q the integral of q, and its derivatives in the arc lengths of a and b."""
+    root, before, after = at.root[None], at.pace[None, :, :-1], at.pace[None, :, 1:]
+    mean = jnp.diff(at.integral, axis=2) * root
+    longer = mean * (root * root / (2 * root.shape[-1]))
+    return mean, (longer - at.q[..., :-1] * root) * before, (at.q[..., 1:] * root - longer) * after
 
 
 def _normal_equations(residual, q2, left, right):

@@ -18,9 +18,7 @@ from ._lanes import fusion_barrier, rotate
 from ._lookup import nearest
 from ._rotation import best_rotation, covariance
 from ._start import shift_covariances
-from ._tables import CurveTable
-
-MOST_STARTS = 64  # as many arc lengths as curves are compared at
+from ._tables import CurveTable, mean_tangents
 
 
 class Paths(NamedTuple):
@@ -42,37 +40,36 @@ class Paths(NamedTuple):
 
 def search(first: CurveTable, second: CurveTable, rounds: tuple[Round, ...], true: Bool[Array, ""] | None) -> Paths:
     """The paths of the last round."""
-    paths = starts(first, second, rounds[0].paths)
-    for number, round_ in enumerate(rounds):
-        paths = _better(first, second, paths.best(round_.paths), round_, number > 0, true)
+    paths = from_all_starts(first, second, rounds[0])
+    for round_ in rounds[1:]:
+        paths = _better(first, second, paths.best(round_.paths), round_, true)
     return paths
 
 
-def starts(first: CurveTable, second: CurveTable, count: int) -> Paths:
+def from_all_starts(first: CurveTable, second: CurveTable, round_: Round) -> Paths:
     """Both curves by arc length, from evenly spaced start points, each with the rotation that brings them nearest."""
-    t1, t2 = (on_grid(table, MOST_STARTS) for table in (first, second))
-    index = np.round(np.arange(count) * (MOST_STARTS / count)).astype(int)
-    c = shift_covariances(t1, t2)[:, :, index]
-    d, pairs = c.shape[0], c.shape[3]
-    rotation = best_rotation(jnp.swapaxes(c, 2, 3).reshape(d, d, -1)).reshape(d, d, pairs, count)
-    even = jnp.broadcast_to(jnp.asarray([0.0, 1.0], t1.dtype), (pairs, count, 2))
-    shift = jnp.asarray(index / MOST_STARTS, t1.dtype)[None, :, None]
-    return Paths(even, even + shift, rotation, jnp.zeros((pairs, count), t1.dtype))
+    fine, starts = round_.slopes * round_.nodes, round_.paths
+    shifts = np.round(np.arange(starts) * (fine / starts)).astype(int)
+    t1, t2 = mean_tangents(first, fine), mean_tangents(second, fine)
+    (pairs, d, _), dtype = t1.shape, t1.dtype
+    # Lanes start by start: those of one start are as the tables lie.
+    rotation = best_rotation(shift_covariances(t1, t2)[:, :, shifts].reshape(d, d, -1))
+    t1, t2 = jnp.moveaxis(t1, 0, -1), jnp.moveaxis(t2, 0, -1)
+    shifted = jnp.concatenate([jnp.roll(t2, -shift, axis=1) for shift in shifts], axis=2)
+    v, cosine = best_path(jnp.tile(t1, starts), rotate(rotation[:, :, None], shifted), round_.width, round_.slopes)
+    v = jnp.moveaxis(v.reshape(-1, starts, pairs), 0, -1).swapaxes(0, 1)
+    time = jnp.asarray(np.arange(round_.nodes + 1) * round_.slopes, jnp.int32)[None, None]
+    warp1, warp2 = time - v, time + v + jnp.asarray(shifts, jnp.int32)[None, :, None]
+    rotation, cosine = rotation.reshape(d, d, starts, pairs), cosine.reshape(starts, pairs)
+    return Paths(warp1.astype(dtype) / fine, warp2.astype(dtype) / fine, rotation.swapaxes(2, 3), cosine.T)
 
 
-def on_grid(table: CurveTable, grid: int) -> Float[Array, "b d {grid}"]:
-    """The tangents at `grid` equal arc lengths."""
-    return table.tangents[..., :: table.tangents.shape[-1] // grid]
-
-
-def _better(first: CurveTable, second: CurveTable, paths: Paths, round_: Round, turned: bool, true) -> Paths:
+def _better(first: CurveTable, second: CurveTable, paths: Paths, round_: Round, true) -> Paths:
+    """Paths from the middle of the ones before, in a strip around them."""
     pairs, kept = paths.cosine.shape
-    fine = round_.slopes * round_.nodes
-    warps = [_divided(warp.reshape(pairs * kept, -1), fine) for warp in paths[:2]]
-    if turned:
-        warps = [_turned(warp) for warp in warps]
+    warps = [_half_on(_divided(warp.reshape(pairs * kept, -1), round_.slopes * round_.nodes)) for warp in paths[:2]]
     q1, q2 = (fusion_barrier(_carried, true, table, warp) for table, warp in zip((first, second), warps, strict=True))
-    rotation = best_rotation(covariance(q1, q2)) if turned else paths.rotation.reshape(*paths.rotation.shape[:2], -1)
+    rotation = best_rotation(covariance(q1, q2))
     lanes_last = lambda q: jnp.swapaxes(q, 1, 2)  # noqa: E731
     v, cosine = best_path(lanes_last(q1), lanes_last(rotate(rotation[..., None], q2)), round_.width, round_.slopes)
     place = jnp.asarray(np.arange(round_.nodes + 1) * round_.slopes, jnp.int32)[None]
@@ -106,7 +103,7 @@ def _divided(warp: Float[Array, "l nodes"], pieces: int) -> Float[Array, "l {pie
     return jnp.concatenate([inside, warp[:, -1:]], axis=1)
 
 
-def _turned(warp: Float[Array, "l nodes"]) -> Float[Array, "l nodes"]:
+def _half_on(warp: Float[Array, "l nodes"]) -> Float[Array, "l nodes"]:
     """The same warp from its middle on."""
     half = warp.shape[1] // 2
     return jnp.concatenate([warp[:, half:-1], warp[:, : half + 1] + 1], axis=1)

@@ -10,12 +10,12 @@ from jaxtyping import Array, Float, Int
 
 from ._curve import norm, velocity
 from ._frame import AnyArray
-from ._lanes import running_sum
+from ._lanes import filled, running_sum
 from ._lookup import divided, nearest
 
 CAPACITY = 2048
 _PER_SAMPLE = 10  # entries to a sample of the curve, where there is room
-_TANGENTS = 512  # entries at equal arc lengths
+TANGENTS = 768  # entries at equal arc lengths
 _TIMES = 256
 
 
@@ -29,6 +29,7 @@ class CurveTable(NamedTuple):
 
     srvf: Float[Array, "b d c"]  # of unit norm; the first `count` entries, then zeros
     count: Int[Array, " b"]
+    sums: Float[Array, "b d c+1"]  # the integral of srvf up to each entry, the last up to a whole turn
     tangents: Float[Array, "b d t"]
     times: Float[Array, "b t+1"]  # parameters at equal arc lengths, 0 to 1
 
@@ -38,6 +39,12 @@ def tabulate(curve: Float[AnyArray, "b d n"], times: int = _TIMES) -> CurveTable
     n = curve.shape[-1]
     count = n * min(_PER_SAMPLE, CAPACITY // n) if n <= CAPACITY else CAPACITY
     return _tables(_velocity(curve, count), jnp.asarray(count, jnp.int32), times)
+
+
+def mean_tangents(table: CurveTable, grid: int) -> Float[Array, "b d {grid}"]:
+    """Means over two pieces of length `1/grid`, one before and one after each of `grid` equal arc lengths."""
+    pieces = jnp.mean(table.tangents.reshape(*table.tangents.shape[:2], grid, -1), axis=-1)
+    return (pieces + jnp.roll(pieces, 1, axis=-1)) / 2
 
 
 @ft.partial(jax.jit, static_argnums=1)
@@ -50,11 +57,20 @@ def _tables(speed_vector: Float[Array, "b d c"], count: Int[Array, ""], times: i
     speed = jnp.asarray(norm(speed_vector))
     mean = jnp.sum(speed, axis=-1, keepdims=True) / count.astype(speed.dtype)
     srvf = speed_vector / jnp.sqrt(jnp.where(speed > 0, speed, 1) * jnp.where(mean > 0, mean, 1))[:, None]
-    counts = jnp.broadcast_to(count, speed.shape[:1])
+    counts = filled(0, jax.ShapeDtypeStruct(speed.shape[:1], count.dtype), speed) + count
     at = _times(speed, count, times)
-    direction = jnp.moveaxis(nearest(srvf, counts, divided(at, _TANGENTS)[:, :-1]), 0, 1)
+    direction = jnp.moveaxis(nearest(srvf, counts, divided(at, TANGENTS)[:, :-1]), 0, 1)
     size = norm(direction)[:, None]
-    return CurveTable(srvf, counts, direction / jnp.where(size > 0, size, 1), at)
+    return CurveTable(srvf, counts, _sums(srvf, count), direction / jnp.where(size > 0, size, 1), at)
+
+
+def _sums(srvf: Float[Array, "b d c"], count: Int[Array, ""]) -> Float[Array, "b d c+1"]:
+    """The integral of what is linear between the entries of `srvf`."""
+    before = running_sum(srvf)
+    inside = jnp.arange(srvf.shape[-1], dtype=jnp.int32) < count
+    before = before + jnp.where(inside[None, None], (srvf - srvf[..., :1]) / 2, 0)
+    whole = before[..., -1:] + (srvf[..., -1:] + srvf[..., :1]) / 2
+    return jnp.concatenate([before, whole], axis=-1) / count.astype(srvf.dtype)
 
 
 def _times(speed: Float[Array, "b c"], count: Int[Array, ""], entries: int) -> Float[Array, "b {entries}+1"]:

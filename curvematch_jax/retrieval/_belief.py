@@ -22,12 +22,12 @@ class Belief:
         log_probability: (M,) logarithm of the pignistic probability; it tells apart objects whose probabilities are
             too small or too alike for a float.
         conflict: mass on the empty set, in [0, 1]: how far the parts contradict each other.
-        unknown: mass on the whole frame, in [0, 1]: what no part has said anything about.
+        ignorance: mass on the whole frame, in [0, 1]: what no part has said anything about.
     """
 
     log_probability: np.ndarray
     conflict: float
-    unknown: float
+    ignorance: float
 
     @property
     def probability(self) -> np.ndarray:
@@ -137,4 +137,4 @@ def _log_expm1(x: np.ndarray) -> np.ndarray:
 
 def _one_minus_exp(log_x: float) -> float:
     """`1 - exp(log_x)`, clipped to [0, 1] against rounding."""
-    return float(np.clip(-np.expm1(log_x), 0.0, 1.0))
+    return float(np.clip(-np.expm1(log_x), 0.0, 1.0)) + 0.0  # Not -0.

@@ -1,4 +1,4 @@
-"""The all-pairs work in blocks: pure functions that a loop, a store and a cluster call alike."""
+"""The all-pairs work in blocks: pure functions that memory, a store and a cluster call alike."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from ..surface import Parts
 from ._distances import nearest
 from ._matching import Matching
-from ._ranking import fuse
 from ._stack import stack
 
 # Objects a side that are compared at once: enough to fill the engine's batches, few enough to lose.
@@ -25,19 +24,21 @@ class Block(NamedTuple):
     backward: np.ndarray  # (P2, M1) float32, the other way round
 
 
-def block_pairs(objects: int) -> list[tuple[int, int]]:
-    """All pairs of blocks of so many objects, row by row; block k has the objects from `k BLOCK`."""
-    return list(combinations_with_replacement(range(-(-objects // BLOCK)), 2))
+class Grid(NamedTuple):
+    """So many objects in blocks of so many a side."""
 
+    objects: int
+    block: int
 
-def all_blocks(objects: int) -> list[range]:
-    """The objects of each block."""
-    return [_block(k, objects) for k in range(-(-objects // BLOCK))]
+    @property
+    def ranges(self) -> list[range]:
+        """The objects of each block."""
+        return [range(k, min(k + self.block, self.objects)) for k in range(0, self.objects, self.block)]
 
-
-def block_ranges(one: int, other: int, objects: int) -> tuple[range, range]:
-    """The objects of two blocks."""
-    return _block(one, objects), _block(other, objects)
+    @property
+    def pairs(self) -> list[tuple[int, int]]:
+        """All pairs of blocks, row by row."""
+        return list(combinations_with_replacement(range(-(-self.objects // self.block)), 2))
 
 
 def compared(one: range, other: range) -> np.ndarray:
@@ -53,25 +54,6 @@ def block_distances(first: Sequence[Parts], second: Sequence[Parts], wanted: np.
     """
     forward, backward = nearest(stack(first, matching.unit), stack(second, matching.unit), wanted, matching)
     return Block(_float(forward.distance), _float(backward.distance))
-
-
-def fused_row(
-    distances: np.ndarray, areas: np.ndarray, own: int, present: np.ndarray, matching: Matching
-) -> np.ndarray:
-    """Row `own` of the matrix, (M,), from the distances (P, M) of an object's parts to all objects.
-
-    Arguments:
-        areas: (P,) of the object.
-        present: (M,) bool, False for an object without parts.
-    """
-    row, others = np.zeros(len(present)), np.arange(len(present)) != own
-    if others.any():
-        row[others] = fuse(distances[:, others].astype(np.float64), areas, present[others], matching).dissimilarity
-    return row
-
-
-def _block(k: int, objects: int) -> range:
-    return range(k * BLOCK, min((k + 1) * BLOCK, objects))
 
 
 def _float(distances: np.ndarray) -> np.ndarray:

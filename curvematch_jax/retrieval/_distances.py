@@ -38,20 +38,40 @@ def nearest(first: Stack, second: Stack, apart: np.ndarray, matching: Matching) 
     Returns:
         of the parts of the first to the objects of the second, and the other way round.
     """
-    wanted = np.repeat(np.repeat(apart, np.diff(first.starts), axis=0), np.diff(second.starts), axis=1)
+    wanted, rough = _rough(first, second, apart, matching)
     forward = backward = wanted
-    if matching.candidates:
-        rough = np.full(wanted.shape, np.inf)
-        rough[wanted] = rough_distances(first, second, np.argwhere(wanted), matching)
+    if rough is not None:
         forward = wanted & shortlist(rough, second.starts, matching.candidates)
         backward = wanted & shortlist(rough.T, first.starts, matching.candidates).T
-    distances = np.full(wanted.shape, np.inf)
-    compared = forward | backward
-    distances[compared] = part_distances(first, second, np.argwhere(compared), matching, matching.aligner)
+    distances = _distances(first, second, forward | backward, matching)
     return (
         _least(np.where(forward, distances, np.inf), second.starts, matching.max_distance),
         _least(np.where(backward, distances, np.inf).T, first.starts, matching.max_distance),
     )
+
+
+def nearest_in(first: Stack, second: Stack, apart: np.ndarray, matching: Matching) -> Nearest:
+    """Distances of the parts of the first to the objects of the second, as `nearest` has them."""
+    wanted, rough = _rough(first, second, apart, matching)
+    forward = wanted if rough is None else wanted & shortlist(rough, second.starts, matching.candidates)
+    return _least(_distances(first, second, forward, matching), second.starts, matching.max_distance)
+
+
+def _rough(first: Stack, second: Stack, apart: np.ndarray, matching: Matching) -> tuple[np.ndarray, np.ndarray | None]:
+    """Which parts are of objects to compare, (P1, P2) bool, and what candidates among them are chosen by, if any."""
+    wanted = np.repeat(np.repeat(apart, np.diff(first.starts), axis=0), np.diff(second.starts), axis=1)
+    if not matching.candidates:
+        return wanted, None
+    rough = np.full(wanted.shape, np.inf)
+    rough[wanted] = rough_distances(first, second, np.argwhere(wanted), matching)
+    return wanted, rough
+
+
+def _distances(first: Stack, second: Stack, compared: np.ndarray, matching: Matching) -> np.ndarray:
+    """Distances (P1, P2) of the parts to compare, inf for all others."""
+    distances = np.full(compared.shape, np.inf)
+    distances[compared] = part_distances(first, second, np.argwhere(compared), matching, matching.aligner)
+    return distances
 
 
 def part_distances(
@@ -120,7 +140,7 @@ def compared(first: Stack, one: Index, second: Stack, other: Index, matching: Ma
     both, either = left & right, left | right
     lengths = first.log_lengths[one] - second.log_lengths[other]
     ratios = np.minimum(np.abs(lengths), MAX_LOG_RATIO)
-    values = np.where(both, matching.length_weight * ratios, matching.missing * either)
+    values = np.where(both, matching.length_weight * ratios, np.float32(matching.missing) * either)
     apart: np.ndarray | float = 0.0
     if matching.front_weight:
         fronts = np.abs(first.log_fronts[one] - second.log_fronts[other])
@@ -129,7 +149,7 @@ def compared(first: Stack, one: Index, second: Stack, other: Index, matching: Ma
     if matching.isometry_weight:
         units = first.log_units[one] - second.log_units[other]
         unequal = np.minimum(np.abs(lengths - units[..., None]), MAX_ISOMETRY_RATIO)
-        unequal = np.where(both, unequal, MAX_ISOMETRY_RATIO * either)
+        unequal = np.where(both, unequal, np.float32(MAX_ISOMETRY_RATIO) * either)
         unequal = _mean(unequal, either, _weights(unequal, ISOMETRY_DECAY))
         apart = apart + matching.isometry_weight * np.minimum(unequal, matching.isometry_limit)
     return Levels(values, both, either, apart)
@@ -143,6 +163,7 @@ def _weights(levels: np.ndarray, decay: float) -> np.ndarray:
 def _mean(values: np.ndarray, counted: np.ndarray | None, weights: np.ndarray) -> np.ndarray:
     """Mean over the levels (*K, L) that count, (*K,); 0 where none does."""
     # Not by `@`, where the last bits of a row depend on how many rows there are.
+    weights = weights.astype(values.dtype)
     total = np.einsum("...l,l->...", values, weights)
     if counted is None:
         return total / weights.sum()

@@ -14,8 +14,9 @@ import numpy as np
 
 from ..elastic import Aligner, Rigid
 
-Fusion = Literal["belief", "weighted", "mean"]
+Fusion = Literal["cohort", "belief", "weighted", "mean"]
 Masses = Literal["odds", "shares"]
+Descriptor = Literal["spectrum", "views"]
 Significance = Literal["equal", "area"]
 Unit = Literal["area", "diameter", "mesh"]
 
@@ -28,6 +29,29 @@ MAX_LOG_RATIO = math.log(8.0)
 MAX_ISOMETRY_RATIO = 0.2
 # Their weights fall as `k^-0.6`: near its tip a limb keeps its girth in any pose.
 ISOMETRY_DECAY = 0.6
+# Of every part, when all are worth the same. Between .1 and .9 it changes the order of next to nothing.
+EQUAL_SIGNIFICANCE = 0.5
+
+
+@dataclass(frozen=True)
+class Witness:
+    """A descriptor of whole surfaces that joins the parts as a source of belief.
+
+    Attributes:
+        name: `"spectrum"`, the lowest eigenvalues of the Laplacian, which tell near-isometric bodies from others; or
+            `"views"`, depth images and reach, which tell rigid things apart and change when a body is bent.
+        weight: of its evidence, where that of the parts has 1. None: as far as it agrees with the parts in the
+            collection, `min(r^2 / (3 (1 - r^2)), 1)` with the correlation r of the two over the cohort.
+    """
+
+    name: Descriptor
+    weight: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.name not in get_args(Descriptor):
+            raise ValueError(f"a witness is one of {', '.join(get_args(Descriptor))}, and was {self.name!r}")
+        if self.weight is not None and not 0 <= self.weight < math.inf:
+            raise ValueError(f"the weight of a witness must be 0 or more, and was {self.weight!r}")
 
 
 _CHOICES = {"fusion": Fusion, "masses": Masses, "significance": Significance, "unit": Unit}
@@ -42,8 +66,8 @@ class Matching:
     next to the feature point, up to a part's first gap; a level that only one of the two parts has counts as
     `missing`, one that neither has does not count. Added are `front_weight` times the mean difference of the
     logarithms of the fronts, and `isometry_weight` times the mean difference of the logarithms of the lengths in
-    diameters, each counted up to 0.2, with weights `k^-0.6`, and the mean up to `isometry_limit`: it tells a body from
-    others of nearly the same proportions, and is the same constant for everything that is farther from isometric.
+    sizes (`Parts.size`), each counted up to 0.2, with weights `k^-0.6`, and the mean up to `isometry_limit`: it tells
+    a body from others of nearly the same proportions, and is the same constant for all that is farther from isometric.
 
     Attributes:
         aligner: the alignment of two curves.
@@ -57,9 +81,12 @@ class Matching:
         unit: what lengths are measured in: the square root of the surface's `"area"`, its geodesic `"diameter"`, or the
             unit of the `"mesh"`, for models in their true size: it tells apart bodies of different height.
         missing: radians for a level curve that only one of two parts has.
-        fusion: how the parts of a query are joined. `"belief"`: by the transferable belief model. `"weighted"`: by
-            the sum of masses that the belief model comes to in large collections. `"mean"`: by the mean of their
-            distances to the object.
+        fusion: how what is known of an object is joined. `"cohort"`: in both directions, from the query's parts to
+            the object and back, as the chance of an unrelated object to be as near, together with the witnesses (see
+            `_cohort.py`); dissimilarities are symmetric and comparable. The others ask the query's parts alone.
+            `"belief"`: by the transferable belief model. `"weighted"`: by the sum of masses that the belief model
+            comes to in large collections. `"mean"`: by the mean of their distances to the object.
+        witnesses: what speaks beside the parts, with `fusion="cohort"`.
         masses: what distances are turned into. `"odds"`: the mass of a part on an object is
             `expm1(mu (D_max - D1) / scale)` times its mass on the whole collection, so that the combined evidence for
             an object is a sum over the parts which no other object enters. `"shares"`: as published (equation 4),
@@ -78,7 +105,8 @@ class Matching:
     decay: float = 0.0
     unit: Unit = "area"
     missing: float = 0.6
-    fusion: Fusion = "belief"
+    fusion: Fusion = "cohort"
+    witnesses: tuple[Witness, ...] = (Witness("spectrum"), Witness("views"))
     masses: Masses = "odds"
     significance: Significance = "equal"
     scale: float = 0.4
@@ -94,6 +122,8 @@ class Matching:
                 raise ValueError(f"{name} must be 0 or more, and was {getattr(self, name)!r}")
         if not 0 < self.scale < math.inf:
             raise ValueError(f"scale must be more than 0, and was {self.scale!r}")
+        if len({witness.name for witness in self.witnesses}) < len(self.witnesses):
+            raise ValueError("a witness is named twice")
 
     @classmethod
     def elastic(cls) -> Matching:
@@ -101,14 +131,26 @@ class Matching:
         return cls(aligner=Aligner.fast())
 
     @classmethod
+    def articulated(cls) -> Matching:
+        """For bodies that bend: the spectrum has as much to say as the parts, and views nothing."""
+        return cls(witnesses=(Witness("spectrum", 1.0),))
+
+    @classmethod
+    def generic(cls) -> Matching:
+        """For things of many kinds, most of them rigid: views have half as much to say as the parts."""
+        return cls(witnesses=(Witness("spectrum", 0.25), Witness("views", 0.5)))
+
+    @classmethod
     def partial(cls) -> Matching:
         """For queries that are pieces of bodies, or are put together of them: near levels and close parts count.
+
+        One-way: what a piece finds in the whole, and not what the whole finds in the piece.
 
         Far from its feature point a part of one body reaches into the other, so that the weight of levels falls with
         the distance, and lengths in diameters of the whole say nothing about a piece. Masses by equation 4 let few
         parts speak for an object: those of half a query need not wait for the other half.
         """
-        return cls(isometry_weight=0.0, decay=1.0, masses="shares", scale=0.05)
+        return cls(fusion="belief", witnesses=(), isometry_weight=0.0, decay=1.0, masses="shares", scale=0.05)
 
     @classmethod
     def paper(cls) -> Matching:
@@ -126,6 +168,8 @@ class Matching:
             isometry_weight=0.0,
             decay=1.0,
             missing=0.8,
+            fusion="belief",
+            witnesses=(),
             masses="shares",
             significance="area",
             scale=0.1,
@@ -139,7 +183,12 @@ class Matching:
     @property
     def separate(self) -> bool:
         """Whether the order of two objects depends on their own distances alone, and never rises with them."""
-        return self.masses == "odds" or self.fusion == "mean"
+        return self.masses == "odds" or self.fusion in ("cohort", "mean")
+
+    @property
+    def mutual(self) -> bool:
+        """Whether both directions are asked, so that dissimilarities are symmetric."""
+        return self.fusion == "cohort"
 
     @property
     def max_distance(self) -> float:
@@ -152,5 +201,5 @@ class Matching:
         return np.clip(-np.expm1(-distances / self.scale), 0.0, 1.0)
 
 
-BEST = Matching()
+DEFAULT = Matching()
 """The default settings."""

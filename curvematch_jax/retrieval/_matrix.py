@@ -4,39 +4,43 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .._progress import Progress, reporter
 from ..surface import Parts
-from ._blocks import block_distances, block_pairs, block_ranges, compared, fused_row
+from ._blocks import BLOCK, block_distances, compared
+from ._executors import executor
 from ._files import locked
-from ._matching import BEST, Matching
-from ._matrix_store import MatrixStore, describe, open_matrix
-from ._parts_file import require_same_settings
+from ._matching import DEFAULT, Matching
+from ._matrix_store import open_matrix
+from ._matrix_table import MatrixTable
+from ._objects import Objects
 
 if TYPE_CHECKING:
     from distributed import Client
 
-# `(key, function(*arguments))` of every `(key, arguments)`, in any order.
-Run = Callable[[Callable[..., Any], Iterator[tuple[Any, tuple]]], Iterator[tuple[Any, Any]]]
-
 
 def dissimilarity_matrix(
     parts: Sequence[Parts],
-    matching: Matching = BEST,
+    matching: Matching = DEFAULT,
     progress: Progress = False,
     store: str | os.PathLike[str] | None = None,
     client: Client | None = None,
+    block: int = BLOCK,
 ) -> np.ndarray:
     """Dissimilarities of all pairs of objects.
 
-    Row i is what `rank(parts[i], the others)` gives, 0 on the diagonal. Part distances are symmetric, so every pair
-    of parts is compared once and serves two rows. Memory is bounded: pairs are compared in blocks, of which only the
-    distances of parts to objects are kept, 4 bytes each, or with `store` nothing.
+    By default entry i, j is what both objects say of each other in the eyes of a cohort of the collection (see
+    `_cohort.py`): symmetric, in [0, 1], and comparable anywhere in the matrix, as `metric="precomputed"` in
+    scikit-learn wants it. With the other fusions, as in `Matching.partial()` and `Matching.paper()`, row i is what
+    `rank(parts[i], the others)` gives: dissimilarities of one row compare, and those of two rows do not.
+
+    Part distances are symmetric, so every pair of parts is compared once and serves both. Pairs are compared in
+    blocks, of which only the distances of parts to objects are kept, 4 bytes each, or with `store` nothing.
 
     Arguments:
         parts: M objects, extracted with the same settings.
@@ -44,92 +48,72 @@ def dissimilarity_matrix(
         progress: `True` for a bar on stderr, or a function of `(done, total)` part pairs.
         store: where blocks are kept as they are done, see `build_matrix`.
         client: of a `dask.distributed` cluster that the blocks are computed on.
+        block: objects a side of a block.
 
     Returns:
-        (M, M); rows are queries, smaller is more similar, not symmetric. An object without parts is farther from
+        (M, M), 0 on the diagonal; rows are queries, smaller is more similar. An object without parts is farther from
         every query than all others, and as a query knows none from another.
 
     Raises:
         ValueError: when there are no objects, or settings of the extraction differ, naming the setting; when `store`
             holds something else.
     """
-    if store is not None:
-        found, order = _filled(parts, store, matching, progress, client)
-        return found.dissimilarity[np.ix_(order, order)]
-    if not len(parts):
-        raise ValueError("the collection is empty: at least one object is needed")
-    require_same_settings(parts)
-    return fused_rows(parts, part_to_object(parts, matching, progress, client), matching)
+    found, order = _filled(parts, store, matching, progress, client, block)
+    return found.dissimilarity[np.ix_(order, order)]
 
 
 def build_matrix(
     parts: Sequence[Parts],
     store: str | os.PathLike[str],
-    matching: Matching = BEST,
+    matching: Matching = DEFAULT,
     progress: Progress = False,
     client: Client | None = None,
+    block: int = BLOCK,
 ) -> None:
     """`dissimilarity_matrix` into a zarr group, without ever holding it: `load_matrix` reads it.
 
-    Each block of 32 by 32 objects lands whole or not at all. A second call with the same arguments goes on with the
+    Each block of objects by objects lands whole or not at all. A second call with the same arguments goes on with the
     blocks that are missing, and what it ends with is equal to the bit. Objects that are new are added behind those that
-    are there, and only their rows and columns are computed.
+    are there, and only their distances are computed. The cohort stays as it was once it has 32 members, so that new
+    objects change no dissimilarity of the others.
 
     Arguments:
         parts: as `dissimilarity_matrix`; a lazy sequence, such as `StoredParts`, keeps memory flat.
+        block: of one store always the same.
 
     Raises:
         ValueError: when the store was made with other settings or objects, naming the first difference; when it is
             in use, or cannot be written to.
     """
-    _filled(parts, store, matching, progress, client)
-
-
-def part_to_object(
-    parts: Sequence[Parts], matching: Matching, progress: Progress = False, client: Client | None = None
-) -> np.ndarray:
-    """Distance of every part to every object, (P, M); NaN to its own."""
-    counts = np.array([len(p.areas) for p in parts])
-    starts = np.cumsum([0, *counts])
-    distances = np.full((starts[-1], len(counts)), np.nan, np.float32)  # What is not computed has to show.
-    pairs = block_pairs(len(parts))
-    tasks = _tasks(parts, pairs, lambda one, other: compared(*block_ranges(one, other, len(parts))), matching)
-    advance = _progress(progress, counts, pairs, pairs)
-    for key, block in _run(client)(block_distances, tasks):
-        one, other = block_ranges(key[0], key[1], len(parts))
-        _fill(distances, starts, one, other, block.forward)
-        _fill(distances, starts, other, one, block.backward)
-        advance(key)
-    return distances
-
-
-def fused_rows(parts: Sequence[Parts], distances: np.ndarray, matching: Matching) -> np.ndarray:
-    """The matrix (M, M) from the distances (P, M) of every part to every object."""
-    counts = np.array([len(p.areas) for p in parts])
-    rows = np.split(distances, np.cumsum(counts)[:-1])
-    return np.stack([fused_row(rows[i], parts[i].areas, i, counts > 0, matching) for i in range(len(parts))])
+    _filled(parts, store, matching, progress, client, block)
 
 
 def _filled(
     parts: Sequence[Parts],
-    path: str | os.PathLike[str],
+    path: str | os.PathLike[str] | None,
     matching: Matching,
     progress: Progress,
     client: Client | None,
-) -> tuple[MatrixStore, list[int]]:
-    """The store with everything in it, and where in it each of the objects is."""
-    objects = describe(parts)
-    with locked(Path(path)):
-        store, order = open_matrix(path, objects, matching)
-        inverse = np.argsort(order).tolist()  # Which of the objects given each of the store's is.
-        missing = store.missing()
-        advance = _progress(progress, store.counts, block_pairs(len(parts)), missing)
-        tasks = _tasks(_Reordered(parts, inverse), missing, store.wanted, matching)
-        for key, block in _run(client)(block_distances, tasks):
-            store.put(key[0], key[1], block)
+    block: int,
+) -> tuple[MatrixTable, list[int]]:
+    """The table with everything in it, in memory or at a path, and where in it each of the objects is."""
+    if not isinstance(block, int) or block < 1:
+        raise ValueError(f"block must be a whole number, 1 or more, and was {block!r}")
+    objects = Objects.of(parts, matching)
+    with nullcontext() if path is None else locked(Path(path)):
+        if path is None:
+            table, order = MatrixTable(objects, block), list(range(len(objects.names)))
+        else:
+            table, order = open_matrix(path, objects, matching, block)
+        inverse = np.argsort(order).tolist()  # Which of the objects given each of the table's is.
+        missing = table.missing()
+        advance = _progress(progress, table, missing)
+        tasks = _tasks(_Reordered(parts, inverse), table, missing, matching)
+        for key, found in executor(client)(block_distances, tasks):
+            table.put(key[0], key[1], found)
             advance(key)
-        store.finish([objects[k].areas for k in inverse], matching, progress)
-    return store, order
+        table.finish(objects.ordered(inverse), matching, progress)
+    return table, order
 
 
 class _Reordered(Sequence[Parts]):
@@ -146,39 +130,23 @@ class _Reordered(Sequence[Parts]):
 
 
 def _tasks(
-    parts: Sequence[Parts],
-    pairs: Sequence[tuple[int, int]],
-    wanted: Callable[[int, int], np.ndarray],
-    matching: Matching,
+    parts: Sequence[Parts], table: MatrixTable, pairs: Sequence[tuple[int, int]], matching: Matching
 ) -> Iterator[tuple[tuple[int, int], tuple]]:
     """The arguments of `block_distances` for each pair of blocks; of a row of blocks the first is read once."""
     held, first = -1, []
     for one, other in pairs:
-        rows, columns = block_ranges(one, other, len(parts))
+        rows, columns = table.ranges(one, other)
         if one != held:
             held, first = one, [parts[i] for i in rows]
         second = first if one == other else [parts[j] for j in columns]
-        yield (one, other), (first, second, wanted(one, other), matching)
-
-
-def _run(client: Client | None) -> Run:
-    if client is None:
-        return _here
-    from ._cluster import on_cluster
-
-    return partial(on_cluster, client)
-
-
-def _here(function: Callable[..., Any], tasks: Iterator[tuple[Any, tuple]]) -> Iterator[tuple[Any, Any]]:
-    for key, arguments in tasks:
-        yield key, function(*arguments)
+        yield (one, other), (first, second, table.wanted(one, other), matching)
 
 
 def _progress(
-    progress: Progress, counts: np.ndarray, pairs: Sequence[tuple[int, int]], missing: Sequence[tuple[int, int]]
+    progress: Progress, table: MatrixTable, missing: Sequence[tuple[int, int]]
 ) -> Callable[[tuple[int, int]], None]:
     """What to call when a pair of blocks is done. Pairs of parts are counted, as time goes with them."""
-    report, costs = reporter(progress, "matrix", "pairs"), {pair: _cost(counts, pair) for pair in pairs}
+    report, costs = reporter(progress, "matrix", "pairs"), {pair: _cost(table, pair) for pair in table.grid.pairs}
     total = sum(costs.values())
     done = total - sum(costs[pair] for pair in missing)
     report(done, total)
@@ -191,12 +159,7 @@ def _progress(
     return advance
 
 
-def _cost(counts: np.ndarray, pair: tuple[int, int]) -> int:
-    one, other = block_ranges(*pair, len(counts))
+def _cost(table: MatrixTable, pair: tuple[int, int]) -> int:
+    one, other = table.ranges(*pair)
+    counts = table.counts
     return int(counts[one.start : one.stop] @ compared(one, other) @ counts[other.start : other.stop])
-
-
-def _fill(distances: np.ndarray, starts: np.ndarray, rows: range, columns: range, values: np.ndarray) -> None:
-    """Put distances of the parts of the objects `rows` to the objects `columns` where they were computed."""
-    place = distances[starts[rows.start] : starts[rows.stop], columns.start : columns.stop]
-    np.copyto(place, values, where=np.isfinite(values))

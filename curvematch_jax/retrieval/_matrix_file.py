@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from ._blocks import block_pairs
+from ._blocks import Grid
 from ._files import replacing, writing
 
-MATRIX_FORMAT = 2
+MATRIX_FORMAT = 3
 
 # Blocks that the rate is taken from: the last ones, so that a stop a week ago does not count.
 _RECENT = 50
@@ -143,7 +143,7 @@ def matrix_status(path: str | os.PathLike[str]) -> MatrixStatus:
     """
     attributes = matrix_attributes(Path(path))
     names, there = tuple(attributes["names"]), chunks(Path(path))
-    pairs = block_pairs(len(names)) if "sizes" in attributes else []
+    pairs = Grid(len(names), attributes["block"]).pairs if "sizes" in attributes else []
     both = [((i, j), (j, i)) for i, j in pairs]
     times = sorted(max(there[one], there[other]) for one, other in both if one in there and other in there)
     recent = times[-_RECENT:]

@@ -22,11 +22,12 @@ import numpy as np
 
 from ..surface import Extraction, Parts
 from ._files import replacing
+from ._settings import require_same_extraction
 
 # Also to be raised when extraction gives other parts from the same mesh: the key of a source depends on it.
-PARTS_FORMAT = 3
+PARTS_FORMAT = 5
 
-_ARRAYS = ("curves", "mask", "lengths", "fronts", "centres", "areas", "points", "between")
+_ARRAYS = ("curves", "mask", "lengths", "fronts", "centres", "areas", "points", "between", "spectrum", "views")
 # The kinds of dtype (`numpy.dtype.kind`) of all fields.
 _KINDS = {name: "b" if name == "mask" else "f" for name in _ARRAYS}
 _KINDS |= {"format": "i", "name": "U", "area": "f", "diameter": "f", "settings": "U", "notes": "U"}
@@ -99,7 +100,7 @@ def load_collection(paths: Iterable[str | os.PathLike[str]]) -> list[Parts]:
         ValueError: as `load_parts`, and when two files were made with different settings, naming the setting.
     """
     collection = [load_parts(path) for path in paths]
-    require_same_settings(collection)
+    require_same_extraction(collection)
     return collection
 
 
@@ -122,22 +123,6 @@ class StoredParts(Sequence[Parts]):
             return StoredParts(self._paths[i], self._names and self._names[i])
         parts = load_parts(self._paths[i])
         return dataclasses.replace(parts, name=self._names[i]) if self._names else parts
-
-
-def require_same_settings(collection: Sequence[Parts]) -> None:
-    """Refuse parts that can't be compared.
-
-    Raises:
-        ValueError: when two were extracted with different settings, naming the first setting that differs.
-    """
-    for parts in collection[1:]:
-        first, other = (dataclasses.asdict(p.settings) for p in (collection[0], parts))
-        for name, value in first.items():
-            if other[name] != value:
-                raise ValueError(
-                    f"parts of {parts.name or 'an object'} were extracted with {name} = {other[name]!r}, those of "
-                    f"{collection[0].name or 'the first'} with {name} = {value!r}: extract both with the same settings"
-                )
 
 
 def fingerprint(parts: Parts) -> str:
@@ -297,6 +282,8 @@ def _check_arrays(fields: Mapping[str, np.ndarray], settings: Extraction) -> Non
         "areas": (count,),
         "points": (count, 3),
         "between": (count, count),
+        "spectrum": (fields["spectrum"].size,),
+        "views": (fields["views"].size,),
         "area": (),
         "diameter": (),
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,12 +12,12 @@ import numpy as np
 from .._progress import Progress, reporter
 from ..surface import Parts
 from ._belief import Belief, combine, masses, odds_masses, weighted_evidence
+from ._cohort import Cohort, object_distances, significance, witness_distances
 from ._collection import Collection
-from ._matching import BEST, Matching
+from ._matching import DEFAULT, Matching
+from ._objects import own
 from ._search import Search
 
-# Of every part, when all are worth the same. Between .1 and .9 it changes the order of next to nothing.
-EQUAL_SIGNIFICANCE = 0.5
 # Objects that are compared by shape before it is asked again which are the likeliest; and at most, for a report.
 _AT_ONCE = 48
 _MOST_AT_ONCE = 512
@@ -43,17 +43,20 @@ class Ranking:
     Attributes:
         order: (M,) indices into the collection, best first; of equal objects the one of lower index comes first.
         names: of the M objects, in the order of the collection, as everything below.
+            Without the query itself, where that was asked for.
         dissimilarity: (M,) what the order follows; smaller is more similar.
         probability: (M,) pignistic probability of the belief model, whatever the fusion that made the order.
-        conflict: mass on the empty set: how far the query's parts contradict each other.
-        unknown: mass on the whole collection: what the query's parts leave open.
+        conflict: mass on the empty set: how far the sources of belief contradict each other.
+        ignorance: mass on the whole collection: what the sources leave open.
+        evidence: (M,) what each source says for the objects, by name: `"parts"`, and the witnesses. Empty where the
+            query's parts alone are asked.
         distances: (P, M) of the query's parts to the objects (equation 5), or lower bounds of them.
         matched: (P, M) which part of the object that is; -1 for an object without parts.
-        masses: (P, M) of the query's parts on the objects.
+        masses: (P, M) of the query's parts on the objects, before anything else is heard.
         exact: (M,) bool, whether an object's distances are known. With `rank(..., top=k)` most are not: what is said
             above of the others follows from lower bounds of their distances. They come after the first k, none is less
-            similar than its `dissimilarity` says, and the probabilities of the first k, conflict and unknown are those
-            of a collection in which all others are as near as they can be.
+            similar than its `dissimilarity` says, and the probabilities of the first k, conflict and ignorance are
+            those of a collection in which all others are as near as they can be.
         notes: a sentence on the query and on every object without parts; such objects come last.
         seconds: what the stages took: `stack` to make collection and query ready, `bounds`, and `distances`, with the
             fusion.
@@ -64,7 +67,8 @@ class Ranking:
     dissimilarity: np.ndarray
     probability: np.ndarray
     conflict: float
-    unknown: float
+    ignorance: float
+    evidence: Mapping[str, np.ndarray]
     distances: np.ndarray
     matched: np.ndarray
     masses: np.ndarray
@@ -102,20 +106,23 @@ class Fused(NamedTuple):
     dissimilarity: np.ndarray  # (M,) larger for objects without parts than for all others
     belief: Belief
     masses: np.ndarray  # (P, M)
+    evidence: Mapping[str, np.ndarray]  # (M,) each
 
 
 def rank(
     query: Parts,
     collection: Sequence[Parts] | Collection,
-    matching: Matching = BEST,
+    matching: Matching = DEFAULT,
     progress: Progress = False,
     top: int | None = None,
+    exclude_self: bool = False,
 ) -> Ranking:
     """Rank a collection by likeness to a query (equations D, 5, 4, 2 and 3).
 
-    By default, and with `fusion="mean"`, an object that joins or leaves the collection never changes the order of the
-    others. The masses of equation 4 (`masses="shares"`) are shares of a sum over the collection: there the order of
-    two nearly equal objects can depend on which others there are.
+    By default query and objects say what they find in each other, in the eyes of a cohort of the collection (see
+    `_cohort.py`); an object that `Collection.added` adds never changes the order of the others. With
+    `fusion="mean"`, none that joins or leaves does. The masses of equation 4 (`masses="shares"`) are shares of a sum
+    over the collection: there the order of two nearly equal objects can depend on which others there are.
 
     With `top`, the first `top` objects of the order are those of the whole ranking, and most others are not compared
     by shape: what sizes and signatures of their curves say is a lower bound of their distances, by which they are in
@@ -128,31 +135,37 @@ def rank(
         matching: how parts are compared and joined.
         progress: `True` for a bar on stderr, or a function of `(done, total)` part pairs.
         top: how many of the best objects are wanted; all without it.
+        exclude_self: leave out of the order what has the query's own parts.
 
     Raises:
         ValueError: when the collection is empty, settings of the extraction differ, naming the setting, the collection
-            was made ready for another aligner or unit, or `top` is not 1 or more.
+            was made ready for another matching, or `top` is not 1 or more.
     """
     if top is not None and top < 1:
         raise ValueError(f"top must be 1 or more, and was {top}")
     started = time.perf_counter()
     ready = collection if isinstance(collection, Collection) else Collection.of(collection, matching)
-    ready.require(query, matching)
-    asked = Collection.of([query], matching)
+    asked = Collection.gathered([query], matching)
+    ready.require(asked, matching)
+    listed = ~own(ready.fingerprints, asked.fingerprints)[:, 0] if exclude_self else np.ones(len(ready.names), bool)
+    score, judged = _judge(asked, ready, query.areas, matching)
     stacked = time.perf_counter()
     search = Search.begin(asked, ready, matching)
     bounded = time.perf_counter()
-    count = ready.stack.objects if top is None or not matching.separate else min(top, ready.stack.objects)
-    fused, order = _settled(search, query.areas, count, progress)
+    count = int(listed.sum())
+    if top is not None and matching.separate:
+        count = min(top, count)
+    order = _settled(search, score, listed, count, progress)
+    found, fused = search.nearest, judged(search)
     ended = time.perf_counter()
-    found = search.nearest
     return Ranking(
         order=order,
         names=ready.names,
         dissimilarity=fused.dissimilarity,
         probability=fused.belief.probability,
         conflict=fused.belief.conflict,
-        unknown=fused.belief.unknown,
+        ignorance=fused.belief.ignorance,
+        evidence=fused.evidence,
         distances=found.distance,
         matched=found.part,
         masses=fused.masses,
@@ -162,25 +175,83 @@ def rank(
     )
 
 
-def _settled(search: Search, areas: np.ndarray, count: int, progress: Progress) -> tuple[Fused, np.ndarray]:
+def _settled(
+    search: Search, score: Callable[[Search], np.ndarray], listed: np.ndarray, count: int, progress: Progress
+) -> np.ndarray:
     """The order, once its first `count` objects are certain.
 
     An object's bound puts it no later than its distances will. So as soon as the first ones in the order of bounds
     are exact, no other can come before them.
     """
     report, total = reporter(progress, "query", "pairs"), search.known.size
-    present = ~search.collection.stack.lacking
     while True:
-        fused = fuse(search.nearest.distance, areas, present, search.matching)
-        order = np.argsort(fused.dissimilarity, kind="stable")
+        order = np.argsort(score(search), kind="stable")
+        order = order[listed[order]]
         exact = search.exact[order]
         if exact[:count].all():
             report(total, total)
-            return fused, order
+            return order
         likely = order[~exact][: max(count, _AT_ONCE, int(exact.sum()) // 4)]
         for some in np.split(likely, range(_MOST_AT_ONCE, len(likely), _MOST_AT_ONCE)):
             report(int(search.known.sum()), total)
             search.settle(some)
+
+
+def _judge(
+    asked: Collection, ready: Collection, areas: np.ndarray, matching: Matching
+) -> tuple[Callable[[Search], np.ndarray], Callable[[Search], Fused]]:
+    """What makes of distances or bounds the dissimilarities of all objects, and what makes of them all there is."""
+    present = ~ready.stack.lacking
+    if not matching.mutual:
+        one_way = lambda search: fuse(search.there, areas, present, matching)  # noqa: E731
+        return lambda search: one_way(search).dissimilarity, one_way
+    cohort, moments = ready.cohort, ready.moments
+    assert cohort is not None
+    assert moments is not None
+    own_moments = cohort.moments(asked.distances_to(ready.members))
+    witnesses = witness_distances(asked.descriptors, ready.descriptors, matching)
+    known = present if len(areas) else np.zeros_like(present)
+
+    def said(search: Search) -> np.ndarray:
+        ahead = object_distances(search.there, areas, np.array([0, len(areas)]), matching)
+        there = cohort.evidence(np.stack([ahead, *witnesses]), own_moments)[:, 0]
+        here = cohort.evidence(np.stack([search.here[:, None], *(each.T for each in witnesses)]), moments)[:, :, 0]
+        return np.where(known, there + here, 0.0)
+
+    def score(search: Search) -> np.ndarray:
+        return mutual(cohort, said(search).sum(axis=0), known)
+
+    def judged(search: Search) -> Fused:
+        evidence = said(search)
+        belief = combine(*odds_masses(evidence))
+        singletons, _ = _part_masses(search.there, areas, matching)
+        names = ("parts", *(witness.name for witness in matching.witnesses))
+        sources = dict(zip(names, evidence, strict=True))
+        return Fused(mutual(cohort, evidence.sum(axis=0), known), belief, singletons, sources)
+
+    return score, judged
+
+
+def mutual(cohort: Cohort, evidence: np.ndarray, present: np.ndarray) -> np.ndarray:
+    """Dissimilarities from the evidence of all sources in both directions: 1 where one of the two has no parts.
+
+    Arguments:
+        evidence: any shape.
+        present: of the same shape.
+    """
+    return np.where(present, np.minimum(cohort.dissimilarity(evidence), np.nextafter(1.0, 0.0)), 1.0)
+
+
+def between(collection: Collection, objects: np.ndarray) -> np.ndarray:
+    """Dissimilarities (K, K) of some objects of a collection with a cohort, (K,) indices, ascending."""
+    some, cohort, moments = collection.taken(objects), collection.cohort, collection.moments
+    assert cohort is not None
+    assert moments is not None
+    said = cohort.evidence(some.distances_to(some, np.eye(len(objects), dtype=bool)), moments[:, objects]).sum(axis=0)
+    present = ~some.stack.lacking
+    found = mutual(cohort, said + said.T, present[:, None] & present)
+    np.fill_diagonal(found, 0.0)
+    return found
 
 
 def fuse(distances: np.ndarray, areas: np.ndarray, present: np.ndarray, matching: Matching) -> Fused:
@@ -191,15 +262,7 @@ def fuse(distances: np.ndarray, areas: np.ndarray, present: np.ndarray, matching
         areas: (P,) shares of the query's surface; significance by area is `exp(-p^2)`, p the share that a part lacks.
         present: (M,) bool, False for an object without parts.
     """
-    if matching.significance == "area":
-        significance = np.exp(-((1.0 - np.clip(areas, 0.0, 1.0)) ** 2))
-    else:
-        significance = np.full(len(distances), EQUAL_SIGNIFICANCE)
-    if matching.masses == "shares":
-        singletons, frame = masses(matching.normalised(distances), significance)
-    else:
-        closeness = np.maximum(matching.max_distance - distances, 0.0)
-        singletons, frame = odds_masses(significance[:, None] * closeness / matching.scale)
+    singletons, frame = _part_masses(distances, areas, matching)
     belief = combine(singletons, frame)
     if matching.fusion == "belief":
         dissimilarity = -belief.log_probability
@@ -210,4 +273,13 @@ def fuse(distances: np.ndarray, areas: np.ndarray, present: np.ndarray, matching
     else:
         dissimilarity = np.full(len(present), matching.max_distance)
     last = dissimilarity[present].max(initial=0.0) + 1.0
-    return Fused(np.where(present, dissimilarity, last), belief, singletons)
+    return Fused(np.where(present, dissimilarity, last), belief, singletons, {})
+
+
+def _part_masses(distances: np.ndarray, areas: np.ndarray, matching: Matching) -> tuple[np.ndarray, np.ndarray]:
+    """Masses of the query's parts on the objects, (P, M), and on the whole collection, (P,)."""
+    worth = significance(areas, matching)
+    if matching.masses == "shares":
+        return masses(matching.normalised(distances), worth)
+    closeness = np.maximum(matching.max_distance - distances, 0.0)
+    return odds_masses(worth[:, None] * closeness / matching.scale)

@@ -10,7 +10,7 @@ import numpy as np
 from ..elastic import Tables
 from ..surface import Parts
 from ._matching import Unit
-from ._parts_file import require_same_settings
+from ._settings import require_same_extraction
 
 # In units of area or diameter: fronts that are shorter are as short as can be, so that ratios of them stay bounded.
 _SHORTEST_FRONT = 0.02
@@ -25,8 +25,8 @@ class Stack:
         rows: (P, L) where in `curves` a part's level is, -1 where it is masked or beyond a gap.
         log_lengths: (P, L) in the unit that was asked for; 0 where there is no row.
         log_fronts: (P, L)
-        log_units: (P,) `log_lengths` less this are those in diameters; 0 for lengths in the mesh's unit, which are
-            to be compared as they are.
+        log_units: (P,) `log_lengths` less this are those in sizes of the surface; 0 for lengths in the mesh's unit,
+            which are to be compared as they are.
         starts: (M + 1,) object j has the parts `starts[j]` to `starts[j + 1]`.
     """
 
@@ -46,21 +46,27 @@ class Stack:
         """(M,) bool, True for an object without parts."""
         return np.diff(self.starts) == 0
 
-    def __getitem__(self, objects: slice) -> Stack:
-        """The stack of a run of objects."""
-        starts = self.starts[objects.start : objects.stop + 1]
-        parts = slice(int(starts[0]), int(starts[-1]))
-        before = int((self.rows[: parts.start] >= 0).sum())
+    def taken(self, objects: np.ndarray) -> Stack:
+        """The stack of some of the objects, (K,) indices."""
+        parts, starts = self.parts_of(objects)
         rows = self.rows[parts]
-        count = int((rows >= 0).sum())
+        there = rows >= 0
+        renumbered = np.full(rows.shape, -1)
+        renumbered[there] = np.arange(there.sum())
         return Stack(
-            curves=self.curves[before : before + count],
-            rows=np.where(rows >= 0, rows - before, -1),
+            curves=self.curves[rows[there]],
+            rows=renumbered,
             log_lengths=self.log_lengths[parts],
             log_fronts=self.log_fronts[parts],
             log_units=self.log_units[parts],
-            starts=starts - parts.start,
+            starts=starts,
         )
+
+    def parts_of(self, objects: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The parts of some of the objects, (K,) indices, and where among them those of each begin, (K + 1,)."""
+        sizes = np.diff(self.starts)[objects]
+        starts = np.concatenate([[0], np.cumsum(sizes)])
+        return np.repeat(self.starts[:-1][objects] - starts[:-1], sizes) + np.arange(starts[-1]), starts
 
 
 def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
@@ -71,11 +77,12 @@ def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
     """
     if not collection:
         raise ValueError("the collection is empty: at least one object is needed")
-    require_same_settings(collection)
+    require_same_extraction(collection)
     mask = unbroken(np.concatenate([parts.mask for parts in collection]))
     rows = np.full(mask.shape, -1)
     rows[mask] = np.arange(mask.sum())
     units = np.concatenate([np.full(len(parts.areas), _unit(parts, unit)) for parts in collection])[:, None]
+    sizes = np.concatenate([np.full(len(parts.areas), parts.size / parts.diameter) for parts in collection])
     lengths = np.concatenate([parts.lengths for parts in collection]) * units
     fronts = np.concatenate([parts.fronts for parts in collection]) * units
     return Stack(
@@ -83,7 +90,7 @@ def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
         rows=rows,
         log_lengths=np.log(np.where(mask, lengths, 1.0)).astype(np.float32),
         log_fronts=np.log(fronts + _SHORTEST_FRONT).astype(np.float32),
-        log_units=np.log(units[:, 0]).astype(np.float32) * (unit != "mesh"),
+        log_units=np.log(units[:, 0] * sizes).astype(np.float32) * (unit != "mesh"),
         starts=np.cumsum([0, *(len(parts.areas) for parts in collection)]),
     )
 

@@ -1,7 +1,7 @@
 """Make any triangle soup one closed, oriented, regular surface, and say what was changed."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,9 @@ from scipy.spatial import KDTree
 
 from . import _prep
 from ._mesh import Mesh, MeshError
+from ._moved import hausdorff, shape_of
+from ._refine import INNER, edge_lengths, even_edge, refine
+from ._report import CleanReport
 from ._topology import (
     compact,
     edges,
@@ -22,69 +25,35 @@ from ._topology import (
     weld,
 )
 
-_STITCH = 1e-6  # of the bounding box: cracks narrower than this are rounding, not holes
+_CRACKS = (1e-6, 1e-5, 1e-4, 1e-3)  # of the diagonal of the box: borders that are so close are one, closest first
+_CRACK = 0.1  # of the shortest border edge there: no crack is wider
 _PATCH = 1e-3  # of the area: open patches of this size belong to an open surface
 _FLAT = 1e-7  # volume / area^1.5; a closed sheet of paper has 1e-5, a ball 0.09
-_HUGE = 5  # times the wanted vertices: what is decimated, to twice the wanted vertices, before anything slow is done
-_FEWEST, _MOST = 0.2, 1.7  # times the wanted vertices: what is not remeshed
-_NEEDLES = 0.1  # 5th percentile of the triangles' quality: what is remeshed. Graded meshes have 0.2, remeshed ones 0.8
-_LONGEST = 0.2  # of the square root of the area: edges that are too long for level curves
+_MOST, _KEPT = 4, 2  # times the wanted vertices: what is decimated, and to how many
+_LONGEST = 1.8  # times the edge of evenly spread wanted vertices: edges that are longer are halved
+_COARSER = (1.0, 1.6, 2.5, 4.0)  # times that, where a surface of needles would take too many vertices
 _LEAST_WIDTH, _MOST_WIDTH = 1e-15, 1e15  # in mesh units: squares and their inverses are float32 numbers
 _FARTHEST = 1e8  # widths from the origin: beyond, rounding shows
+_FAR = 8  # widths from the origin: from there on the mesh is moved, in exact steps, before anything is computed
 _THIN = 100  # times the wanted vertices: edges of the wanted length, end to end, in a surface that is mostly needles
-_SWOLLEN = 10  # times the wanted vertices: what remeshing has made of a surface of needles
+_INVENTED = 0.8  # of the area: a surface that takes more to be closed is not honestly closed
 _JOINABLE = 2e9  # patches times squared border edges: about ten seconds of joining
 _FILLABLE = 6e7  # squared border edges of each hole: about ten seconds of filling
-
-
-@dataclass(frozen=True)
-class CleanReport:
-    """What `clean` changed, as counts; all zero when the mesh was clean."""
-
-    welded: int = 0  # vertices merged into another
-    dropped_faces: int = 0  # degenerate or duplicate
-    unused_vertices: int = 0
-    cut: int = 0  # vertices added where faces met in no manifold way
-    flipped: int = 0  # faces turned round
-    dropped_components: int = 0
-    dropped_area: float = 0.0  # their share of the area
-    joined_patches: int = 0
-    decimated: tuple[int, int] = (0, 0)  # vertices before and after
-    closed_holes: int = 0
-    remeshed: tuple[int, int] = (0, 0)  # vertices before and after
-
-    @property
-    def messages(self) -> tuple[str, ...]:
-        """One sentence for each change."""
-        sentences = (
-            (self.welded, f"{self.welded} vertices welded"),
-            (self.dropped_faces, f"{self.dropped_faces} degenerate or duplicate faces dropped"),
-            (self.unused_vertices, f"{self.unused_vertices} unused vertices dropped"),
-            (self.cut, f"{self.cut} vertices added to cut non-manifold edges and vertices apart"),
-            (self.flipped, f"{self.flipped} faces turned round"),
-            (
-                self.dropped_components,
-                f"{self.dropped_components} smaller components dropped, {self.dropped_area:.2%} of the area",
-            ),
-            (self.decimated[0], "decimated from {} to {} vertices".format(*self.decimated)),
-            (self.joined_patches, f"{self.joined_patches} open patches joined"),
-            (self.closed_holes, f"{self.closed_holes} holes closed"),
-            (self.remeshed[0], "remeshed from {} to {} vertices".format(*self.remeshed)),
-        )
-        return tuple(sentence for count, sentence in sentences if count)
 
 
 class _Work:
     """The arrays on their way through the steps, and the report that grows with them.
 
-    Vertices are in units of a power of two, one to two to the width: what libraries hold for small or equal does not
-    depend on the mesh's unit then, and nothing is rounded.
+    Vertices are in units of a power of two, one to two to the width, and near the origin: what libraries hold for small
+    or equal does not depend on the mesh's unit and place then, and nothing is rounded.
     """
 
     def __init__(self, mesh: Mesh):
         self.name = mesh.name or "mesh"
-        self.unit = 2.0 ** math.floor(math.log2(_width(mesh)))
-        self.vertices, self.faces = mesh.vertices / self.unit, mesh.faces
+        low, width = _box(mesh)
+        self.unit = 2.0 ** math.floor(math.log2(width))
+        self.origin = np.where(np.abs(low) > _FAR * width, np.round(low / self.unit) * self.unit, 0.0)
+        self.vertices, self.faces = (mesh.vertices - self.origin) / self.unit, mesh.faces
         self.report = CleanReport()
 
     def set(self, vertices: np.ndarray, faces: np.ndarray, **changes: Any) -> None:
@@ -105,26 +74,27 @@ class _Work:
 
 
 def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
-    """One closed, connected, outward-oriented manifold of fair triangles, about `vertices` of them.
+    """One closed, connected, outward-oriented manifold without long edges: the shape that was given.
 
     In order, and each only where it is needed: weld; drop degenerate and duplicate faces and unused vertices; cut
     non-manifold edges and bow-ties apart; orient consistently; keep the largest component by area (or, when that is
-    open, all patches that are open too, which are then joined); decimate a huge mesh; close holes; orient outwards;
-    remesh what is too fine, too coarse or full of needles. A clean mesh comes back as it is. Deterministic and
-    scale-free.
+    open, all patches that are open too, which are then joined); decimate a mesh of more than four times as many
+    vertices as wanted to twice as many; close holes; orient outwards; halve long edges, which leaves the surface
+    exactly as it is. A clean mesh comes back as it is. Deterministic, scale-free, and independent of where the mesh is.
 
-    A mesh of fair size and fair triangles is not remeshed: that would lose details which its author kept (fingers).
+    The report says how far all of this moved the surface.
 
     Args:
-        vertices: the number of vertices to aim at where the mesh has fewer than a fifth or more than 1.7 times as many.
+        vertices: the number of vertices whose even edges are the measure of long ones.
 
     Returns:
         the mesh, and the report of what was changed.
 
     Raises:
-        MeshError: nothing usable is left, or the surface cannot be closed, has one side only, encloses nothing or is
-            mostly needles; or its width is below 1e-15, above 1e15, or less than 1e-8 of its distance from the origin.
-        ImportError: closing, decimating or remeshing is needed and the extra `prep` is not installed.
+        MeshError: nothing usable is left, or the surface cannot be closed, lacks nearly as much as there is, has one
+            side only, encloses nothing or is mostly needles; or its width is below 1e-15, above 1e15, or less than
+            1e-8 of its distance from the origin.
+        ImportError: closing or decimating is needed and the extra `prep` is not installed.
     """
     work = _Work(mesh)
     if len(mesh.faces) < 4:
@@ -132,20 +102,47 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
     if not work.closed:
         _weld(work)
     join = _make_manifold(work)
-    if len(work.vertices) > _HUGE * vertices and len(work.faces) > 4 * vertices:
-        join = _decimate(work, vertices) or join
+    given = work.vertices, work.faces
+    if len(work.vertices) > _MOST * vertices and len(work.faces) > 2 * _MOST * vertices:
+        join = _decimate(work, _KEPT * vertices) or join
     _refuse_needles(work, vertices, join)
     _close(work, join)
     _face_outwards(work)
-    if is_unfit(work.vertices, work.faces, vertices):
-        _remesh(work, vertices)
+    if work.report.invented > _INVENTED:
+        raise MeshError(
+            f"{work.name}: too much of its surface is missing: closing its {work.report.closed_holes} holes takes "
+            f"{work.report.invented:.0%} of the area that is there"
+        )
+    _refine(work, vertices)
     if work.report == CleanReport():
         return mesh, work.report
-    return Mesh(work.vertices * work.unit, work.faces, mesh.name), work.report
+    _measure(work, given)
+    return Mesh(work.vertices * work.unit + work.origin, work.faces, mesh.name), work.report
 
 
-def _width(mesh: Mesh) -> float:
-    """Of the box around all faces; `MeshError` where squares overflow, or rounding would not tell vertices apart."""
+def _measure(work: _Work, given: tuple[np.ndarray, np.ndarray]) -> None:
+    """Put into the report how far the surface moved from the pieces that were kept."""
+    before, after = shape_of(*given), shape_of(work.vertices, work.faces)
+    still = not (work.report.decimated[0] or work.report.closed_holes)
+    moved = 0.0 if still else hausdorff(given, (work.vertices, work.faces)) / max(before.extents)
+    volumes = (math.nan if shape.volume is None else shape.volume * work.unit**3 for shape in (before, after))
+    first, second = volumes
+    extents = tuple(tuple(extent * work.unit for extent in shape.extents) for shape in (before, after))
+    work.report = replace(
+        work.report,
+        area=(before.area * work.unit**2, after.area * work.unit**2),
+        volume=(first, second),
+        extents=(extents[0], extents[1]),
+        moved=moved,
+    )
+
+
+def _box(mesh: Mesh) -> tuple[np.ndarray, float]:
+    """Lowest corner and width of the box around all faces.
+
+    Raises:
+        MeshError: squares would overflow, or rounding would not tell vertices apart.
+    """
     used = mesh.vertices[np.unique(mesh.faces)]
     with np.errstate(over="ignore"):
         width = float(np.ptp(used, axis=0).max())
@@ -155,17 +152,19 @@ def _width(mesh: Mesh) -> float:
     far = float(np.abs(used).max())
     if far > _FARTHEST * width:
         raise MeshError(f"{label}: it is {width:.3g} wide and {far:.3g} from the origin, too far for its size; move it")
-    return width
+    return used.min(axis=0), width
 
 
 def _weld(work: _Work) -> None:
-    """Merge equal vertices, and border vertices that are a rounding error apart."""
+    """Merge equal vertices, and border vertices with a crack in between: narrow ones first, until no border is left."""
     vertices, faces, welded = weld(work.vertices, work.faces)
-    table = edges(faces)
-    border = np.unique(table.ends[table.count == 1])
     size = float(np.linalg.norm(np.ptp(vertices[np.unique(faces)], axis=0)))
-    if len(border):
-        close = border[KDTree(vertices[border]).query_pairs(_STITCH * size, output_type="ndarray")]
+    for share in _CRACKS:
+        table = edges(faces)
+        border = table.ends[table.count == 1]
+        if not len(border):
+            break
+        close = _across_cracks(vertices, border, share * size)
         number, group = label_components(len(vertices), close)
         _, first = np.unique(group, return_index=True)
         keep = np.sort(first)
@@ -173,6 +172,17 @@ def _weld(work: _Work) -> None:
         welded += len(vertices) - number
         vertices = vertices[keep]
     work.set(vertices, faces, welded=welded)
+
+
+def _across_cracks(vertices: np.ndarray, border: np.ndarray, widest: float) -> np.ndarray:
+    """Pairs of vertices of border edges `(b, 2)` that are apart by no more than `widest`, and by little of an edge."""
+    length = np.linalg.norm(vertices[border[:, 0]] - vertices[border[:, 1]], axis=1)
+    shortest = np.full(len(vertices), np.inf)
+    np.minimum.at(shortest, border.ravel(), np.repeat(length, 2))
+    used = np.unique(border)
+    pairs = used[KDTree(vertices[used]).query_pairs(widest, output_type="ndarray")]
+    apart = np.linalg.norm(vertices[pairs[:, 0]] - vertices[pairs[:, 1]], axis=1)
+    return pairs[(apart <= _CRACK * shortest[pairs].min(axis=1)) | (apart <= _CRACKS[0] / widest * apart)]
 
 
 def _make_manifold(work: _Work) -> bool:
@@ -221,7 +231,7 @@ def _select(work: _Work) -> bool:
 def _decimate(work: _Work, target: int) -> bool:
     """Decimation does not promise a manifold, so what it breaks is mended, and not reported as a fault of the input."""
     before, report = len(work.vertices), work.report
-    work.set(*_prep.decimate(work.vertices, work.faces, 2 * target))
+    work.set(*_prep.decimate(work.vertices, work.faces, target))
     join = _make_manifold(work)
     work.report = replace(report, decimated=(before, len(work.vertices)))
     return join
@@ -237,9 +247,25 @@ def _close(work: _Work, join: bool) -> None:
     holes, patches = len(sizes), face_components(work.faces)[0] if join else 0
     if patches * len(border) ** 2 > _JOINABLE or (sizes**2).sum() > _FILLABLE:
         raise MeshError(f"{work.name}: {holes} holes with {len(border)} border edges are too many to close")
-    work.set(*_prep.close(work.vertices, work.faces, join), closed_holes=holes, joined_patches=patches)
+    area = float(face_areas(work.vertices, work.faces).sum())
+    closed = _prep.close(work.vertices, work.faces, join)
+    invented = float(face_areas(*_made_up(work.vertices, work.faces, *closed)).sum()) / area
+    work.set(*closed, closed_holes=holes, joined_patches=patches, invented=invented)
     if not work.closed or not work.single:
         raise MeshError(f"{work.name}: its {holes} holes could not be closed; repair it in a mesh editor first")
+
+
+def _made_up(
+    vertices: np.ndarray, faces: np.ndarray, points: np.ndarray, triangles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of a repaired surface the points, and those triangles that were not there before, wherever they are listed."""
+    places = np.ascontiguousarray(np.concatenate([vertices, points]) + 0.0).view("V24").ravel()
+    _, number = np.unique(places, return_inverse=True)
+    corners = np.sort(np.concatenate([number[faces], number[triangles + len(vertices)]]), axis=1)
+    _, row = np.unique(corners, axis=0, return_inverse=True)
+    row = row.ravel()
+    new = ~np.isin(row[len(faces) :], row[: len(faces)])
+    return points, triangles[new]
 
 
 def _face_outwards(work: _Work) -> None:
@@ -257,32 +283,22 @@ def _refuse_needles(work: _Work, target: int, join: bool = False) -> None:
     length = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
     if join:
         length += face_components(work.faces)[0] * float(np.ptp(work.vertices, axis=0).max())
-    wanted = _prep.edge_length(work.vertices, work.faces, target)
+    wanted = even_edge(work.vertices, work.faces, target)
     if length > _THIN * target * wanted:
         raise MeshError(f"{work.name}: the surface is mostly needles, too thin for {target} vertices; thicken it first")
 
 
-def _remesh(work: _Work, target: int) -> None:
+def _refine(work: _Work, target: int) -> None:
+    """Halve long edges; on a surface that is mostly needles only those that are longer still."""
+    longest = _LONGEST * even_edge(work.vertices, work.faces, target)
+    if edge_lengths(work.vertices, work.faces).max() <= INNER * longest:
+        return
     before = len(work.vertices)
-    _refuse_needles(work, target)
-    vertices, faces = _prep.remesh(work.vertices, work.faces, target)
-    if len(vertices) > _SWOLLEN * target:
+    for factor in _COARSER:
+        refined = refine(work.vertices, work.faces, factor * longest, _MOST * target)
+        if refined is not None:
+            break
+    else:
         raise MeshError(f"{work.name}: the surface is mostly needles, too thin for {target} vertices; thicken it first")
-    work.set(vertices, faces, remeshed=(before, len(vertices)))
-    lengths = np.linalg.norm(vertices[faces] - vertices[faces[:, [1, 2, 0]]], axis=2)
-    if not (np.isfinite(vertices).all() and lengths.min() > 0 and signed_volume(vertices, faces) > 0):
-        raise MeshError(f"{work.name}: its surface is too tangled to be remeshed; repair it in a mesh editor first")
-    if not work.closed or not work.single:
-        raise MeshError(f"{work.name}: remeshing to {target} vertices broke the surface; ask for more vertices")
-
-
-def is_unfit(vertices: np.ndarray, faces: np.ndarray, target: int) -> bool:
-    """Whether distances and level curves on this mesh would be slow or poor: too fine, too coarse, full of needles."""
-    area = face_areas(vertices, faces)
-    corners = vertices[faces]
-    squared = ((corners - corners[:, [1, 2, 0]]) ** 2).sum(axis=2)
-    fair_size = _FEWEST * target <= len(vertices) <= _MOST * target
-    if not fair_size or squared.min() == 0 or squared.max() > _LONGEST**2 * area.sum():
-        return True
-    quality = 4 * np.sqrt(3) * area / squared.sum(axis=1)  # 1 for the equilateral triangle, 0 for a needle
-    return bool(np.percentile(quality, 5) < _NEEDLES)
+    if len(refined[0]) > before:
+        work.set(*refined, refined=(before, len(refined[0])))

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ._foreign import parse_ply, parse_stl
 from ._gltf import parse_glb, parse_gltf
 from ._mesh import Mesh, MeshError
 from ._obj import parse_obj
 from ._off import parse_off
+from ._ply import parse_ply
+from ._stl import parse_stl
 from ._topology import weld
 
 

@@ -7,10 +7,11 @@ negative indices from the line that they stand on, and refuses an index of 0.
 import numpy as np
 
 from ._mesh import MeshError, MeshIndexError, number_of
+from ._polygons import triangulated
 
 
 def parse_obj(text: str) -> tuple[np.ndarray, np.ndarray]:
-    """Read the lines `v` and `f` of an OBJ file; polygons become fans, in the order of the file.
+    """Read the lines `v` and `f` of an OBJ file; polygons become triangles, in the order of the file.
 
     Lines of other kinds (texture coordinates, normals, groups, materials, curves) are skipped, and so are faces of
     fewer than three corners.
@@ -22,7 +23,7 @@ def parse_obj(text: str) -> tuple[np.ndarray, np.ndarray]:
         MeshError: what is malformed, with its line; or there are no faces.
     """
     points: list[list[float]] = []
-    faces: list[tuple[int, int, int]] = []
+    faces: list[list[int]] = []
     lines = text.replace("\\\r\n", " ").replace("\\\n", " ").splitlines()
     for number, line in enumerate(lines, 1):
         words = line.partition("#")[0].split()
@@ -32,14 +33,15 @@ def parse_obj(text: str) -> tuple[np.ndarray, np.ndarray]:
             if words[0] == "v":
                 points.append(_point(words[1:4]))
             elif words[0] == "f":
-                corners = [_corner(word, len(points)) for word in words[1:]]
-                faces += [(corners[0], corners[k], corners[k + 1]) for k in range(1, len(corners) - 1)]
+                faces.append([_corner(word, len(points)) for word in words[1:]])
         except (ValueError, OverflowError) as error:
             kind = MeshIndexError if isinstance(error, MeshIndexError) else MeshError
             raise kind(f"malformed OBJ: line {number} reads {line.strip()[:40]!r}") from None
-    if not faces:
+    vertices = np.array(points, dtype=np.float64).reshape(-1, 3)
+    triangles = triangulated(vertices, faces)
+    if not len(triangles):
         raise MeshError("no faces in this OBJ file: it holds something else, or is truncated or damaged")
-    return np.array(points, dtype=np.float64).reshape(-1, 3), np.array(faces, dtype=np.int64)
+    return vertices, triangles
 
 
 def _point(words: list[str]) -> list[float]:

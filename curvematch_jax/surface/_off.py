@@ -5,15 +5,16 @@ import re
 import numpy as np
 
 from ._mesh import MeshError, number_of
+from ._polygons import triangulated
 
-_HEADER = re.compile(r"(?:ST)?C?N?OFF\b", re.ASCII)
+_HEADER = re.compile(r"(?:ST)?C?N?OFF(?![A-Za-z_])", re.ASCII)
 
 
 def parse_off(text: str) -> tuple[np.ndarray, np.ndarray]:
     """Read the text of an OFF file (also COFF, NOFF, STOFF and their mixtures).
 
-    Counts may follow the keyword on its line; comments, colours, normals and texture coordinates are
-    skipped; polygons become fans, in the order of the file; faces of fewer than three corners are skipped.
+    Counts may follow the keyword on its line, even without a space; comments, colours, normals and texture coordinates
+    are skipped; polygons become triangles, in the order of the file; faces of fewer than three corners are skipped.
 
     Returns:
         vertices `(v, 3)` float64 and faces `(f, 3)` int64. The indices are not checked here.
@@ -30,8 +31,8 @@ def parse_off(text: str) -> tuple[np.ndarray, np.ndarray]:
             f"but only {len(lines)} lines of data follow"
         )
     vertices = _vertices(lines[:vertex_count])
-    faces = _faces(lines[vertex_count : vertex_count + face_count])
-    return vertices, faces
+    polygons = _polygons(lines[vertex_count : vertex_count + face_count])
+    return vertices, triangulated(vertices, polygons)
 
 
 def _content_lines(text: str) -> list[str]:
@@ -73,8 +74,8 @@ def _is_point(words: list[str]) -> bool:
         return False
 
 
-def _faces(lines: list[str]) -> np.ndarray:
-    triangles: list[list[str]] = []
+def _polygons(lines: list[str]) -> list[list[int]]:
+    polygons = []
     for number, line in enumerate(lines):
         words = line.split()
         try:
@@ -84,11 +85,8 @@ def _faces(lines: list[str]) -> np.ndarray:
         corners = words[1 : count + 1]
         if count < 0 or len(corners) != count:
             raise MeshError(f"malformed OFF: face {number} reads {line[:40]!r}")
-        if len(corners) == 3:
-            triangles.append(corners)
-        else:
-            triangles += [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
-    try:
-        return np.array(triangles, dtype=np.int64).reshape(-1, 3)
-    except (ValueError, OverflowError):
-        raise MeshError("malformed OFF: a face has a corner that is not a vertex number") from None
+        try:
+            polygons.append([number_of(word) for word in corners])
+        except ValueError:
+            raise MeshError("malformed OFF: a face has a corner that is not a vertex number") from None
+    return polygons

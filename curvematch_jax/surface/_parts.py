@@ -1,16 +1,23 @@
 """From a mesh to its parts: the fixed-size arrays that are handed to the engine."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ._clean import CleanReport, clean
+from ._clean import clean
 from ._features import Features, feature_points
 from ._fields import Distances, Field, check_field, curve_unit, distances_on
-from ._levels import LevelSets, follow, front_lengths
+from ._levels import LevelSets
 from ._mesh import Mesh, MeshError
+from ._report import CleanReport
 from ._smooth import smooth
+from ._spectrum import spectrum
 from ._topology import Edges, edges, face_areas
+from ._views import views
+
+# Sizes of surfaces: how much the area counts in them, and the diameter of creatures with limbs in its square roots. One
+# pose more or less changes the diameter by a tenth, and the area not at all.
+_AREA_COUNTS, _LIMBED = 0.75, 1.7
 
 # A level curve that has split goes on as its longest branch while that has this share of the length.
 _DOMINANCE = 0.6
@@ -22,16 +29,16 @@ class Extraction:
 
     Attributes:
         epsilon: how close extrema of the two fields must be, and how far apart feature points, in diameters.
-        radius: how far a part reaches from its feature point, in diameters: the field's distance of the two
-            vertices that are farthest apart.
+        radius: how far a part reaches from its feature point, in sizes of the surface (`Parts.size`); with a spectral
+            field in diameters: the field's distance of the two vertices that are farthest apart.
         levels: level curves of a part, at `radius * (k / (levels + 1))^spacing` for k = 2..levels + 1. What would be
             the first is left out: so close to its point a curve is the mesh's, not the surface's.
         spacing: 1 for levels that are evenly spaced; more for levels that are denser next to the feature point.
         samples: points on a curve.
-        field: the distance along the surface: geodesic, by the solver `"heat"` or `"fast_marching"`, or one of the
-            spectral distances `"diffusion"`, `"biharmonic"` and `"commute_time"`, which a short cut between two
-            pieces of the surface shortens less.
-        vertices: the number of vertices that `clean` aims at when it remeshes.
+        field: the distance along the surface: `"geodesic"`, or one of the spectral distances `"diffusion"`,
+            `"biharmonic"` and `"commute_time"`, which a short cut between two pieces of the surface shortens less.
+        vertices: edges much longer than those of so many even triangles are halved, and a surface of more than four
+            times as many vertices is decimated to twice as many.
         least: how many parts an object has at least; farthest points make up for feature points that are not there.
         smoothing: before anything is measured, waves on the surface that are shorter than some six times this, in
             square roots of its area, are taken off; 0 leaves it as it is.
@@ -41,7 +48,7 @@ class Extraction:
     radius: float = 0.8
     levels: int = 23
     samples: int = 100
-    field: Field = "heat"
+    field: Field = "geodesic"
     vertices: int = 5000
     spacing: float = 1.5
     least: int = 4
@@ -51,7 +58,7 @@ class Extraction:
         if not 0 < self.epsilon < 1:
             raise ValueError(f"epsilon must lie between 0 and 1 diameters, found {self.epsilon}")
         if not 0 < self.radius < 1:
-            raise ValueError(f"radius must lie between 0 and 1 diameters, found {self.radius}")
+            raise ValueError(f"radius must lie between 0 and 1, found {self.radius}")
         if not 0 < self.spacing < np.inf:
             raise ValueError(f"spacing must be more than 0, found {self.spacing}")
         if not 0 <= self.smoothing < 0.1:
@@ -66,7 +73,7 @@ class Extraction:
 
     @property
     def radii(self) -> np.ndarray:
-        """Where the level curves are, `(levels,)`, in diameters."""
+        """Where the level curves are, `(levels,)`, in sizes (see `Parts.size`)."""
         return self.radius * (np.arange(2, self.levels + 2) / (self.levels + 1)) ** self.spacing
 
 
@@ -82,15 +89,17 @@ class Parts:
         lengths: `(P, L)` float32, curve length over `diameter`; 0 where masked.
         fronts: `(P, L)` float32, length of all curves of the level set together, whether the part follows them or not,
             over `diameter`; 0 where the level set is empty.
-        centres: `(P, L, 3)` float32, centroid of the curve in mesh units, so that
+        centres: `(P, L, 3)` float64, centroid of the curve in mesh units, so that
             `curve * length * diameter + centre` is the curve on the mesh; 0 where masked.
         areas: `(P,)` float32, share of the surface's area within `radius` of the feature point.
-        points: `(P, 3)` float32, the feature points in mesh units.
+        points: `(P, 3)` float64, the feature points in mesh units.
         between: `(P, P)` float32, distances of the feature points from each other, in diameters of the field.
         area: of the surface, in squared mesh units.
         diameter: geodesic diameter in mesh units; with spectral distances 1.5 times the square root of the area.
         settings: how they were made.
         notes: what cleaning changed, and warnings.
+        spectrum: float32, logarithms of the surface's lowest 20 eigenvalues times its area; empty when not described.
+        views: float32, the 322 numbers of how the surface looks from outside; empty when not described.
     """
 
     name: str
@@ -106,6 +115,13 @@ class Parts:
     diameter: float
     settings: Extraction
     notes: tuple[str, ...]
+    spectrum: np.ndarray = field(default_factory=lambda: np.zeros(0, np.float32))
+    views: np.ndarray = field(default_factory=lambda: np.zeros(0, np.float32))
+
+    @property
+    def size(self) -> float:
+        """`diameter^(1/4) (1.7 sqrt(area))^(3/4)`, in mesh units: what radii are measured in."""
+        return size_of(self.diameter, self.area)
 
 
 def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
@@ -123,7 +139,8 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
     if not 0 < features.diameter < np.inf:
         raise MeshError(f"{mesh.name or 'mesh'}: its triangles are too thin for distances along the surface")
     parts = parts_around(mesh, distances, features, extraction, report.messages)
-    for name in ("curves", "lengths", "fronts", "centres", "areas", "points", "between"):
+    parts = replace(parts, **described(mesh))
+    for name in ("curves", "lengths", "fronts", "centres", "areas", "points", "between", "spectrum", "views"):
         if not np.isfinite(getattr(parts, name)).all():
             raise MeshError(f"{mesh.name or 'mesh'}: its triangles are too thin: {name} of its parts are not finite")
     return parts
@@ -133,6 +150,12 @@ def prepared(mesh: Mesh, extraction: Extraction) -> tuple[Mesh, CleanReport]:
     """The surface that is measured: cleaned, and smoothed as `extraction` says."""
     mesh, report = clean(mesh, vertices=extraction.vertices)
     return smooth(mesh, extraction.smoothing), report
+
+
+def described(mesh: Mesh) -> dict[str, np.ndarray]:
+    """What `Parts` holds of the surface as a whole, by name."""
+    with np.errstate(divide="ignore", invalid="ignore"):  # What is not finite is refused by its name.
+        return {"spectrum": np.log(spectrum(mesh)).astype(np.float32), "views": views(mesh).astype(np.float32)}
 
 
 def parts_around(
@@ -145,8 +168,10 @@ def parts_around(
         notes: what cleaning changed.
     """
     unit = curve_unit(mesh, extraction.field, features.diameter)
+    area = float(face_areas(mesh.vertices, mesh.faces).sum())
+    reach = size_of(features.diameter, area) if extraction.field == "geodesic" else features.diameter
     table = edges(mesh.faces)
-    parts = [_part(mesh, table, distances(v), v, features.diameter, extraction) for v in features.vertices.tolist()]
+    parts = [_part(mesh, table, distances(v) / reach, v, extraction) for v in features.vertices.tolist()]
     curves, mask, lengths, fronts, centres, areas = (np.stack(column) for column in zip(*parts, strict=True))
     between = np.stack([distances(v)[features.vertices] for v in features.vertices.tolist()]) / features.diameter
     return Parts(
@@ -155,32 +180,35 @@ def parts_around(
         mask=mask,
         lengths=(lengths / unit).astype(np.float32),
         fronts=(fronts / unit).astype(np.float32),
-        centres=centres.astype(np.float32),
+        centres=centres,
         areas=areas.astype(np.float32),
-        points=mesh.vertices[features.vertices].astype(np.float32),
+        points=mesh.vertices[features.vertices],
         between=((between + between.T) / 2).astype(np.float32),
-        area=float(face_areas(mesh.vertices, mesh.faces).sum()),
+        area=area,
         diameter=unit,
         settings=extraction,
         notes=notes + _warnings(features, mask),
     )
 
 
+def size_of(diameter: float, area: float) -> float:
+    """The size of a surface from its geodesic diameter and its area; a limb that bends leaves most of it as it is."""
+    return float(diameter ** (1 - _AREA_COUNTS) * (_LIMBED * np.sqrt(area)) ** _AREA_COUNTS)
+
+
 def _part(
-    mesh: Mesh, table: Edges, distance: np.ndarray, vertex: int, diameter: float, extraction: Extraction
+    mesh: Mesh, table: Edges, relative: np.ndarray, vertex: int, extraction: Extraction
 ) -> tuple[np.ndarray, ...]:
-    relative = distance / diameter
-    values = extraction.radii
-    found = follow(LevelSets(mesh, relative, table), vertex, values, _DOMINANCE)
-    fronts = front_lengths(mesh, relative, values)
+    sets = LevelSets(mesh, relative, extraction.radii, table)
+    found = sets.follow(vertex, _DOMINANCE)
     curves = np.zeros((extraction.levels, 3, extraction.samples))
     lengths = np.zeros(extraction.levels)
     centres = np.zeros((extraction.levels, 3))
     mask = np.array([curve is not None for curve in found])
     for k, curve in enumerate(found):
         if curve is not None:
-            curves[k], lengths[k], centres[k] = normalise(curve, extraction.samples)
-    return curves, mask, lengths, fronts, centres, area_share(mesh, relative, extraction.radius)
+            curves[k], lengths[k], centres[k] = normalise(sets.polyline(curve), extraction.samples)
+    return curves, mask, lengths, sets.fronts, centres, area_share(mesh, relative, extraction.radius)
 
 
 def normalise(polyline: np.ndarray, samples: int) -> tuple[np.ndarray, float, np.ndarray]:

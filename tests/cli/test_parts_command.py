@@ -13,9 +13,9 @@ import pytest
 import trimesh
 
 from curvematch_jax.cli._app import run
-from curvematch_jax.cli._inputs import find_sources, gather_all
-from curvematch_jax.cli._kept import Store
 from curvematch_jax.datasets import creature
+from curvematch_jax.extraction import extract_collection
+from curvematch_jax.extraction._kept import Store
 from curvematch_jax.retrieval import _files
 from curvematch_jax.surface import Extraction
 
@@ -79,7 +79,7 @@ def fixture_unneeded(monkeypatch):
         assert not tasks
         return iter(())
 
-    monkeypatch.setattr("curvematch_jax.cli._inputs.in_processes", fail)
+    monkeypatch.setattr("curvematch_jax.extraction._collection.in_processes", fail)
 
 
 @pytest.mark.usefixtures("unneeded")
@@ -190,18 +190,16 @@ def test_old_and_damaged_files_are_failures_elsewhere(meshes, fresh, tmp_path, c
     out = fill(tmp_path / "out", fresh)
     np.savez(out / "old.npz", format=2)
     (out / "damaged.npz").write_bytes(flipped(fresh["a.off.npz"]))
-    found, failed = gather_all(find_sources([out]), SETTINGS, jobs=1)
-    assert [p.name for p in found] == ["a.off", "deep/b.off"]
-    assert {failure.name for failure in failed} == {"damaged", "old"}
+    found = extract_collection([out], SETTINGS, jobs=1)
+    assert [p.name for p in found.parts] == ["a.off", "deep/b.off"]
+    assert {failure.name for failure in found.failures} == {"damaged", "old"}
 
 
 @pytest.mark.usefixtures("unneeded")
-def test_any_command_can_use_a_store(meshes, fresh, tmp_path):
-    store = Store(fill(tmp_path / "out", fresh), SETTINGS)
-    found, failed = gather_all(find_sources([meshes]), SETTINGS, jobs=1, store=store)
-    assert [p.name for p in found] == ["a.off", "deep/b.off"]
-    assert failed == []
-    assert store.found == {"a.off", "deep/b.off"}
+def test_what_the_command_has_made_is_a_cache(meshes, fresh, tmp_path):
+    found = extract_collection([meshes], SETTINGS, jobs=1, cache=fill(tmp_path / "out", fresh))
+    assert [p.name for p in found.parts] == ["a.off", "deep/b.off"]
+    assert (found.failures, found.computed, found.notes) == ((), 0, ())
 
 
 def test_other_settings_are_refused(fresh, tmp_path):

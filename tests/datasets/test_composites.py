@@ -88,7 +88,7 @@ def test_both_halves_keep_their_limbs_in_the_composite(models):
     # The other half turned upside down: as high as it was deep, at a scale within bounds.
     scale = mesh.vertices[:, 2].max() / -in_frame(upper)[:, 2].min()
     assert 1 / 1.5 < scale < 1.5
-    points = feature_points(mesh, distances_on(mesh, "heat"), 0.05).vertices
+    points = feature_points(mesh, distances_on(mesh, "geodesic"), 0.05).vertices
     assert min(lower.tips, upper.tips) >= 2
     assert (mesh.vertices[points, 2] < 0).sum() >= lower.tips
     assert (mesh.vertices[points, 2] > 0).sum() >= upper.tips

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 
 from curvematch_jax.elastic import Aligner, Alignment, Elastic, Rigid, Round, resample, to_srvf
 
-LEAN = Elastic(rounds=(Round(4, 16, 4), Round(2, 32, 4)), knots=32, steps=2, chunk=8)
+LEAN = Elastic(rounds=(Round(16, 16, 4), Round(2, 32, 4)), knots=32, steps=2, chunk=8)
 RIGID = Rigid(chunk=8)
 
 

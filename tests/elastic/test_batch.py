@@ -13,8 +13,6 @@ from curvematch_jax.elastic import _batch as batch
 from curvematch_jax.elastic import _chunks as chunks
 from curvematch_jax.elastic import _tables as tables
 
-pytestmark = pytest.mark.slow  # compiles much
-
 N = 24
 RIGID = Rigid(grid=32, chunk=8)
 
@@ -50,7 +48,7 @@ def test_twelve_curves_in_both_orders(curves, others):
     """A pair and its exchange lie on different lanes of a chunk, which may round differently."""
     twelve = np.concatenate([curves, others])
     matrix = distance_matrix(twelve, twelve.copy(), LEAN)
-    np.testing.assert_allclose(matrix, matrix.T, atol=1e-6)
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-5)
     assert matrix[~np.eye(12, dtype=bool)].min() > 0.2
 
 

@@ -10,8 +10,6 @@ from curvematch_jax.elastic import _geodesic as geodesics
 from curvematch_jax.elastic import _preshape as preshape
 from curvematch_jax.elastic import align, exp_map, geodesic, log_map, matched_points, project_closed, to_srvf
 
-pytestmark = pytest.mark.slow  # compiles much
-
 N, STEPS = 32, 4
 
 

@@ -53,8 +53,10 @@ def test_running_sums_are_those_of_the_entries_before(n):
     np.testing.assert_allclose(lanes.running_sum(jnp.asarray(x)), expected, atol=2e-5 * max(n, 8) ** 0.5)
 
 
-def test_what_is_kept_apart_is_the_same_as_what_is_not():
-    """In the plain form, behind the named switch, in reverse, and for whole batches."""
+@pytest.mark.parametrize("back_ends", [("cpu",), ()], ids=["split", "plain"])
+def test_what_is_kept_apart_is_the_same_as_what_is_not(back_ends, monkeypatch):
+    """With the named switch on and off, and without a predicate; in reverse, and for whole batches."""
+    monkeypatch.setattr(lanes, "SPLIT_FUSIONS", back_ends)
     x = jnp.asarray(random(4, 8))
     true = jnp.asarray(3) > 0
     compute = lambda x: (jnp.sin(x), {"sum": x.sum(axis=1)})  # noqa: E731

@@ -75,3 +75,14 @@ def test_the_seam_is_read_as_any_place(x):
         np.testing.assert_allclose(found[:, :, 0].T, field[:, :, 0], atol=1e-4)
     table = warps(3, PAIRS, 32).T.astype(np.float32)
     np.testing.assert_allclose(lifted(table, where)[0][:, 0], table[:, 0] + round(x), atol=1e-5)
+
+
+@pytest.mark.parametrize("broken", range(PAIRS))
+def test_a_pair_of_nan_leaves_the_others_as_they_are(broken):
+    field, table, x = np.nan_to_num(fields()), warps(3, PAIRS, 32).T, places()
+    others = np.arange(PAIRS) != broken
+    plain = periodic(field, COUNTS, x)[0], nearest(field, COUNTS, x), lifted(table, x)[0][None]
+    field[broken], table[broken] = np.nan, np.nan
+    again = periodic(field, COUNTS, x)[0], nearest(field, COUNTS, x), lifted(table, x)[0][None]
+    for before, after in zip(plain, again, strict=True):
+        np.testing.assert_array_equal(after[:, others], before[:, others])

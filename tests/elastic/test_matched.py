@@ -9,8 +9,6 @@ from elastic.shapes import fourier, lifts, moved, rotation, spectral, srvf
 from curvematch_jax.elastic import Alignment, align, aligned_curve, alignment_distance, matched_points, warp_onto
 from curvematch_jax.elastic._matched import srvfs_along
 
-pytestmark = pytest.mark.slow  # compiles much
-
 N = 100
 
 

@@ -12,8 +12,6 @@ from hypothesis import strategies as st
 
 from curvematch_jax.elastic import align, alignment_distance
 
-pytestmark = pytest.mark.slow  # compiles much
-
 NEAR = 0.1  # share of another curve in a near-duplicate
 seeds = st.integers(0, 100_000)
 some = settings(max_examples=12, deadline=None, derandomize=True)

@@ -9,11 +9,8 @@ import pytest
 from elastic.shapes import fourier, kabsch, lift, paths, rotation, x64
 
 from curvematch_jax.elastic import _refine as refinement
-from curvematch_jax.elastic._certify import path_distance
 from curvematch_jax.elastic._rotation import cayley
 from curvematch_jax.elastic._tables import tabulate
-
-pytestmark = pytest.mark.slow  # compiles much
 
 KNOTS, LANES = 32, 2
 FEW_AND_MANY = 2, 6  # steps: each number is compiled once
@@ -33,10 +30,32 @@ def somewhere(seed, d=3, dtype=np.float64, steep=0.6):
     return jnp.asarray(paths(seed, LANES, KNOTS, steep), dtype), jnp.asarray(turns, dtype)
 
 
+def residual_of(first, second, u, turn):
+    time = jnp.arange(KNOTS, dtype=u.dtype)[None] / KNOTS
+    at2 = refinement._turned(refinement._sampled(second, time + u), turn)
+    return refinement._vectors(refinement._sampled(first, time - u), at2)[0]
+
+
+def carried(table, warp):
+    """What each piece of a warp carries, from the integral of the table's entries, curve by curve: `(l, d, m)`."""
+    count = int(table.count[0])
+    fields = []
+    for srvf, way in zip(np.asarray(table.srvf)[..., :count], np.asarray(warp), strict=True):
+        several = np.concatenate([srvf, srvf, srvf, srvf[:, :1]], axis=1)
+        steps = (several[:, 1:] + several[:, :-1]) / (2 * count)
+        sums = np.concatenate([np.zeros((len(srvf), 1)), np.cumsum(steps, axis=1)], axis=1)
+        place = np.arange(3 * count + 1) / count - 1
+        integral = np.stack([np.interp(way, place, row) for row in sums])
+        fields.append(np.diff(integral, axis=1) / np.sqrt(np.diff(way) / KNOTS))
+    return np.stack(fields)
+
+
 def chord_of(first, second, u, turn):
-    """The squared chord between the unit fields of a path, from its distance."""
-    warp1, warp2 = warps_of(first, second, u)
-    return 4 * np.sin(np.asarray(path_distance(first, second, turn, warp1, warp2, 1)) / 2) ** 2
+    """The squared chord between the unit fields of means over pieces."""
+    warp1, warp2 = (np.asarray(warp) for warp in warps_of(first, second, u))
+    v1, v2 = carried(first, warp1), np.einsum("ijl,ljm->lim", np.asarray(turn), carried(second, warp2))
+    inner = lambda a, b: np.mean(np.sum(a * b, axis=1), axis=1)  # noqa: E731
+    return 2 - 2 * inner(v1, v2) / np.sqrt(inner(v1, v1) * inner(v2, v2))
 
 
 def steepness(u):
@@ -44,7 +63,7 @@ def steepness(u):
 
 
 @pytest.mark.parametrize("d", [2, 3, 4])
-def test_the_chord_is_that_of_the_distance(d):
+def test_the_chord_is_that_between_means_over_pieces(d):
     with x64():
         u, turn = somewhere(2, d)
         np.testing.assert_allclose(state_of(*pair(d), u, turn).chord, chord_of(*pair(d), u, turn), rtol=1e-9)
@@ -61,7 +80,7 @@ def test_the_gradient_is_that_of_the_residual_by_finite_differences(d):
 
         @jax.jit
         def half(u, turn):
-            residual = refinement._vectors(refinement._sampled(first, second, u), turn)[0]
+            residual = residual_of(first, second, u, turn)
             return jnp.mean(jnp.sum(residual**2, axis=0), axis=-1) / 2
 
         direction = jnp.asarray(np.random.default_rng(0).normal(size=u.shape)) / KNOTS
@@ -87,7 +106,7 @@ def test_the_matrix_is_gauss_newtons_by_autodiff():
 
         def residual(unknowns):
             moved = jnp.einsum("ijl,jkl->ikl", cayley(unknowns[KNOTS:, None], 3), turn[..., :1])
-            return refinement._vectors(refinement._sampled(first, second, unknowns[None, :KNOTS]), moved)[0].ravel()
+            return residual_of(first, second, unknowns[None, :KNOTS], moved).ravel()
 
         jacobian = np.asarray(jax.jit(jax.jacfwd(residual))(jnp.concatenate([u[0], jnp.zeros(g)])))
         dense = jacobian.T @ jacobian / KNOTS
@@ -129,7 +148,8 @@ def test_steps_converge_quadratically_on_a_moved_copy(d):
     with x64():
         table = pair(d, decay=3.0)[0]
         spin = jnp.asarray(rotation(6, d))
-        copy = table._replace(srvf=jnp.einsum("ij,bjk->bik", spin, table.srvf))
+        spun = (jnp.einsum("ij,bjk->bik", spin, field) for field in (table.srvf, table.sums))
+        copy = table._replace(**dict(zip(("srvf", "sums"), spun, strict=True)))
         turn = jnp.broadcast_to(spin.T[..., None], (d, d, LANES))
         bump = 2e-3 * np.sin(2 * np.pi * np.arange(KNOTS)[None] / KNOTS + np.arange(LANES)[:, None])
         tilt = jnp.full((d * (d - 1) // 2, LANES), 0.02)
@@ -151,11 +171,10 @@ def test_the_rotation_is_found_with_the_path():
         for _ in range(5):
             found = refine(first, second, found.u, found.rotation, FEW_AND_MANY[1], None)
         assert (found.chord < start.chord).all()
-        at = refinement._sampled(first, second, found.u)
-        field1, field2 = (np.asarray(q * jnp.sqrt(run)[None]) for q, run in ((at.q1, at.run1), (at.q2, at.run2)))
-        for lane in range(LANES):
-            best = kabsch(field1[:, lane] @ field2[:, lane].T)
-            np.testing.assert_allclose(found.rotation[..., lane], best, atol=0.05)
+        fields = (carried(table, warp) for table, warp in zip(pair(), warps_of(*pair(), found.u), strict=True))
+        for lane, (field1, field2) in enumerate(zip(*fields, strict=True)):
+            overlap = field1 @ field2.T / KNOTS
+            assert np.sum((kabsch(overlap) - np.asarray(found.rotation)[..., lane]) * overlap) < 3e-3
 
 
 def test_a_copy_stays_where_it_is():

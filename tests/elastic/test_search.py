@@ -7,11 +7,13 @@ import pytest
 from elastic.aligners import LEAN
 from elastic.shapes import fourier, rotation
 
-from curvematch_jax.elastic._search import search, starts
+from curvematch_jax.elastic import Round
+from curvematch_jax.elastic._search import from_all_starts, search
 from curvematch_jax.elastic._tables import tabulate
 
 PAIRS = 4
 find = jax.jit(search, static_argnames="rounds")
+every = jax.jit(from_all_starts, static_argnames="round_")
 
 
 @pytest.fixture(name="pair", scope="module")
@@ -49,16 +51,20 @@ def test_nothing_kept_apart_finds_the_same(pair, found):
     np.testing.assert_allclose(plain.cosine, found.cosine, atol=1e-4)
 
 
-def test_starts_are_shifts_with_their_best_rotations():
-    """Of a turned copy that begins a quarter later, the start at three quarters is the true one."""
-    curve, shift = fourier(5, 1, n=128).astype(np.float32), 32
-    copy = np.einsum("ij,bjn->bin", rotation(1), np.roll(curve, -shift, axis=-1)).astype(np.float32)
-    found = starts(tabulate(jnp.asarray(curve)), tabulate(jnp.asarray(copy)), 4)
-    assert found.warp2.shape == (1, 4, 2)
-    np.testing.assert_allclose(found.warp1[0, 0], [0, 1])
-    np.testing.assert_allclose(found.warp2[0, :, 0], np.arange(4) / 4)
-    true = round(-shift / 128 * 4) % 4
-    np.testing.assert_allclose(found.rotation[..., 0, true], rotation(1).T, atol=0.1)
+@pytest.mark.parametrize("count", [1, 4, 16, 64])
+def test_starts_are_even_shifts_with_their_best_rotations(count):
+    """Of a turned copy that begins a quarter of a turn later, that start has the rotation back."""
+    curve = fourier(5, 1, n=128).astype(np.float32)
+    copy = np.einsum("ij,bjn->bin", rotation(1), np.roll(curve, -32, axis=-1)).astype(np.float32)
+    found = every(tabulate(jnp.asarray(curve)), tabulate(jnp.asarray(copy)), Round(count, 32, 6))
+    assert found.warp2.shape == (1, count, 33)
+    np.testing.assert_allclose(found.warp1[..., [0, -1]], np.broadcast_to([0.0, 1.0], (1, count, 2)))
+    np.testing.assert_allclose(found.warp2[0, :, 0], np.arange(count) / count, atol=1e-6)
+    np.testing.assert_allclose(found.warp2[..., -1], found.warp2[..., 0] + 1, atol=1e-6)
+    assert found.cosine.shape == (1, count)
+    if count > 1:
+        np.testing.assert_allclose(found.rotation[..., 0, 3 * count // 4], rotation(1).T, atol=0.05)
+        assert np.argmax(found.cosine[0]) == 3 * count // 4
 
 
 @pytest.mark.parametrize("broken", [0, 2])

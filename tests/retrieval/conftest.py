@@ -30,8 +30,14 @@ def synthetic_parts(
         "points": rng.normal(size=(parts, 3)).astype(np.float32),
         "between": np.ones((parts, parts), np.float32) - np.eye(parts, dtype=np.float32),
         "notes": (),
+        "spectrum": _moved(rng, noisy, noise, 20),
+        "views": _moved(rng, noisy, noise, 30),
     }
     return Parts(name=name, area=1.5, diameter=2.0, settings=settings, **(fields | changes))
+
+
+def _moved(rng: np.random.Generator, noisy: np.random.Generator, noise: float, count: int) -> np.ndarray:
+    return (rng.normal(size=count) + noise * noisy.normal(size=count)).astype(np.float32)
 
 
 def _closed(modes: np.ndarray, samples: int) -> np.ndarray:

@@ -44,7 +44,7 @@ def test_agrees_with_brute_force(parts, objects, sure):
     found = belief.combine(singletons, frame)
     np.testing.assert_allclose(found.probability, pignistic, rtol=1e-12)
     assert found.conflict == pytest.approx(conflict, abs=1e-14)
-    assert found.unknown == pytest.approx(combined[whole], abs=1e-15)
+    assert found.ignorance == pytest.approx(combined[whole], abs=1e-15)
 
 
 @pytest.mark.parametrize("sure", [False, True])
@@ -85,7 +85,7 @@ def test_is_a_belief(distance, data):
     found = belief.combine(singletons, frame)
     assert found.probability.sum() == pytest.approx(1.0)
     assert 0 <= found.conflict <= 1
-    assert 0 <= found.unknown <= 1
+    assert 0 <= found.ignorance <= 1
     assert not np.isnan(found.log_probability).any()
 
 
@@ -110,19 +110,19 @@ def test_closer_in_every_part_is_more_probable():
 def test_no_part_leaves_everything_unknown():
     found = belief.combine(np.zeros((0, 4)), np.zeros(0))
     np.testing.assert_allclose(found.probability, 0.25)
-    assert (found.conflict, found.unknown) == (0, 1)
+    assert (found.conflict, found.ignorance) == (0, 1)
 
 
 def test_parts_that_say_nothing_leave_everything_unknown():
     found = belief.combine(*belief.masses(np.ones((3, 5)), np.full(3, 0.7)))
     np.testing.assert_allclose(found.probability, 0.2)
-    assert (found.conflict, found.unknown) == (0, 1)
+    assert (found.conflict, found.ignorance) == (0, 1)
 
 
 def test_complete_contradiction():
     found = belief.combine(np.eye(2), np.zeros(2))
     np.testing.assert_allclose(found.probability, 0.5)
-    assert (found.conflict, found.unknown) == (1, 0)
+    assert (found.conflict, found.ignorance) == (1, 0)
 
 
 def test_many_sure_parts_do_not_overflow():

@@ -14,6 +14,8 @@ from curvematch_jax.surface import Extraction
 WARPS = Matching(aligner=Elastic((Round(2, 16, 4),), steps=2, knots=32, chunk=8))
 SETTINGS = {
     "default": Matching(),
+    "belief": Matching(fusion="belief"),
+    "parts alone": Matching(witnesses=()),
     "all parts": Matching(candidates=0),
     "mean": Matching(fusion="mean"),
     "weighted": Matching(fusion="weighted"),
@@ -69,7 +71,7 @@ def test_most_objects_are_not_compared_by_shape(objects):
     assert found.order[-1] == 30
     whole = rank(objects[31], objects)
     assert (found.probability[found.order[:3]] <= whole.probability[found.order[:3]] + 1e-9).all()
-    assert found.unknown <= whole.unknown + 1e-9
+    assert found.ignorance <= whole.ignorance + 1e-9
 
 
 def test_bounds_are_no_more_than_distances(objects):
@@ -85,7 +87,7 @@ def test_bounds_are_no_more_than_distances(objects):
 
 
 def test_shares_need_every_distance(objects):
-    matching = Matching(masses="shares")
+    matching = Matching(fusion="belief", masses="shares")
     few = objects[:9]
     found, whole = rank(few[4], few, matching, top=1), rank(few[4], few, matching)
     assert found.exact.all()
@@ -135,9 +137,9 @@ def test_what_a_collection_is_not_ready_for_is_refused(objects, make_parts):
         rank(objects[0], ready, top=0)
 
 
-def test_other_weights_can_be_asked_of_one_collection(objects):
-    matching = dataclasses.replace(Matching(), front_weight=0.0, scale=0.2)
-    found = rank(objects[4], Collection.of(objects), matching)
+def test_other_weights_can_be_asked_of_one_collection_without_a_cohort(objects):
+    matching = Matching(fusion="belief", front_weight=0.0, scale=0.2)
+    found = rank(objects[4], Collection.of(objects, Matching(fusion="belief")), matching)
     np.testing.assert_array_equal(found.order, rank(objects[4], objects, matching).order)
 
 

@@ -81,7 +81,7 @@ def test_names_tell_files_apart(paths, names):
         ({"notes": 5}, "its notes are something else"),
         ({"settings": []}, "its settings are something else"),
         ({"complete": "yes"}, "its complete are something else"),
-        ({"curvematch_matrix": 1}, "of format 1, and this version reads 2"),
+        ({"curvematch_matrix": 1}, "of format 1, and this version reads 3"),
         ({"names": ["a"] * 60000}, r"60000 names, values of shape \(3, 3\)"),
     ],
 )

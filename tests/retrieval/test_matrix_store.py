@@ -2,17 +2,17 @@
 
 import dataclasses
 import errno
+import functools as ft
 import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from curvematch_jax import retrieval
 from curvematch_jax.retrieval import (
     Matching,
     StoredParts,
-    build_matrix,
-    dissimilarity_matrix,
     load_matrix,
     matrix_status,
     save_parts,
@@ -25,10 +25,8 @@ from curvematch_jax.retrieval._files import locked
 SETTINGS = Matching(candidates=0)
 
 
-@pytest.fixture(autouse=True)
-def small_blocks(monkeypatch):
-    monkeypatch.setattr(blocks_module, "BLOCK", 4)
-    monkeypatch.setattr(store_module, "BLOCK", 4)
+build_matrix = ft.partial(retrieval.build_matrix, block=4)
+dissimilarity_matrix = ft.partial(retrieval.dissimilarity_matrix, block=4)
 
 
 @pytest.fixture(name="collection", scope="module")

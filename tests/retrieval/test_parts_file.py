@@ -22,6 +22,7 @@ from curvematch_jax.retrieval import (
     source_key,
     stored_source,
 )
+from curvematch_jax.retrieval._parts_file import PARTS_FORMAT
 from curvematch_jax.surface import Extraction
 
 KEY = "0123456789abcdef" * 4
@@ -90,7 +91,7 @@ def test_damaged_file_is_refused(make_parts, tmp_path, kind):
 
 def test_pickle_is_never_run(tmp_path):
     path = tmp_path / "a.npz"
-    np.savez(path, format=3, name=np.array([print], dtype=object))
+    np.savez(path, format=PARTS_FORMAT, name=np.array([print], dtype=object))
     with pytest.raises(ValueError, match="damaged"):
         load_parts(path)
 
@@ -121,7 +122,7 @@ def test_missing_file_folder_and_pipe(make_parts, tmp_path):
     ("changes", "message"),
     [
         ({"format": 99}, "format 99"),
-        ({"format": 2}, "format 2, and this version reads format 3: extract them again"),
+        ({"format": 2}, f"format 2, and this version reads format {PARTS_FORMAT}: extract them again"),
         ({"format": None}, "no format number"),
         ({"curves": None, "mask": None}, "lacks curves, mask"),
         ({"lengths": np.zeros((3, 4))}, r"lengths has shape \(3, 4\)"),
@@ -241,7 +242,7 @@ def claiming_sizes(data, size):
     return data[: place + 20] + 2 * size.to_bytes(4, "little") + data[place + 28 :]
 
 
-FORMAT = ("format", npy((), (3).to_bytes(8, "little"), "<i8"))
+FORMAT = ("format", npy((), PARTS_FORMAT.to_bytes(8, "little"), "<i8"))
 HOSTILE = {
     "bomb": zipped(FORMAT, ("curves", npy((10**8, 3), bytes(1 << 28))), compression=zipfile.ZIP_DEFLATED),
     "shape": zipped(FORMAT, ("curves", npy((10**9, 23, 3, 100)))),

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from curvematch_jax.retrieval import Matching, dissimilarity_matrix, rank
-from curvematch_jax.retrieval import _blocks as blocks_module
 from curvematch_jax.retrieval import _distances as distances_module
 from curvematch_jax.retrieval._stack import stack
 from curvematch_jax.surface import Extraction
@@ -41,7 +40,7 @@ def test_classes_are_found(collection, fusion):
     assert ranking.names == tuple(parts.name for parts in collection)
     assert ranking.probability.sum() == pytest.approx(1)
     assert ranking.probability.argmax() == 4
-    assert 0 <= ranking.unknown <= 1
+    assert 0 <= ranking.ignorance <= 1
     assert 0 <= ranking.conflict <= 1
     assert ranking.notes == ()
 
@@ -90,10 +89,10 @@ def test_times_of_the_stages_are_told(collection):
     assert min(seconds.values()) >= 0
 
 
-def test_matrix_does_not_depend_on_blocks(collection, monkeypatch):
-    whole = dissimilarity_matrix(collection, FAST)
-    monkeypatch.setattr(blocks_module, "BLOCK", 2)
-    np.testing.assert_allclose(dissimilarity_matrix(collection, FAST), whole, atol=1e-5)
+@pytest.mark.parametrize("settings", [FAST, Matching()], ids=["mean", "default"])
+def test_matrix_does_not_depend_on_blocks(collection, settings):
+    whole = dissimilarity_matrix(collection, settings)
+    np.testing.assert_allclose(dissimilarity_matrix(collection, settings, block=2), whole, atol=1e-5)
 
 
 def test_matrix_follows_the_order_of_the_objects(collection):
@@ -139,7 +138,7 @@ def test_query_without_parts_knows_nothing_and_says_so(collection, make_parts):
     ranking = rank(make_parts("sphere", parts=0), collection, FAST)
     assert ranking.order.tolist() == list(range(9))
     np.testing.assert_allclose(ranking.probability, 1 / 9)
-    assert (ranking.unknown, ranking.conflict) == (1, 0)
+    assert (ranking.ignorance, ranking.conflict) == (1, 0)
     assert "the query sphere has no feature point" in ranking.notes[0]
 
 

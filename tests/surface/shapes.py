@@ -98,3 +98,73 @@ def horseshoe(thickness: float = 0.25, gap: float = 0.6) -> Mesh:
     order = np.argsort(np.abs(along) < along.max(), kind="stable")
     rank = np.argsort(order)
     return Mesh(bent[order], rank[np.asarray(made.faces)], "horseshoe")
+
+
+def sheared(sides: int = 40, rings: int = 60, turn: float = 0.6, rise: float = 0.15) -> Mesh:
+    """A closed cylinder whose rings are turned against each other, so that its triangles are slanted needles."""
+    angle = 2 * np.pi * np.arange(sides) / sides + turn * np.arange(rings)[:, None]
+    height = np.broadcast_to(rise * np.arange(rings)[:, None], angle.shape)
+    sheath = np.stack([np.cos(angle), np.sin(angle), height], axis=-1).reshape(-1, 3)
+    k, low = np.arange(sides), sides * np.arange(rings - 1)[:, None]
+    a, b = (low + k).ravel(), (low + (k + 1) % sides).ravel()
+    bottom, top, last = len(sheath), len(sheath) + 1, sides * (rings - 1)
+    ends = [
+        np.stack([np.full(sides, bottom), (k + 1) % sides, k], axis=1),
+        np.stack([np.full(sides, top), last + k, last + (k + 1) % sides], axis=1),
+    ]
+    faces = np.concatenate([np.stack([a, b, a + sides], axis=1), np.stack([b, b + sides, a + sides], axis=1), *ends])
+    return Mesh(np.concatenate([sheath, [[0, 0, 0], [0, 0, rise * (rings - 1)]]]), faces, "sheared")
+
+
+def _made() -> dict[str, Mesh]:
+    """Shapes as CAD programs write them: 8 to 200 vertices, flat faces, needles, unions of boxes."""
+    new, place = trimesh.creation, trimesh.transformations.translation_matrix
+    box = new.box
+
+    def union(*pieces: trimesh.Trimesh) -> trimesh.Trimesh:
+        return trimesh.boolean.union(list(pieces), engine="manifold")
+
+    def legged(leg: float, height: float, seat: float, *more: trimesh.Trimesh) -> trimesh.Trimesh:
+        corners = [(x, y, -height / 2) for x in (-0.4, 0.4) for y in (-0.4, 0.4)]
+        return union(box((1, 1, seat)), *[box((leg, leg, height), place(corner)) for corner in corners], *more)
+
+    made = {
+        "box": box((10, 4, 1)),
+        "cube": box((1, 1, 1)),
+        "brick": box((3, 2, 1)),
+        "beam": box((50, 1, 1)),
+        "slat": box((100, 1, 0.5)),
+        "slab": box((20, 20, 1)),
+        "plate": box((100, 100, 0.1)),
+        "oblong plate": box((60, 20, 0.2)),
+        **{f"rod of {sides} sides": new.cylinder(1, 100, sections=sides) for sides in (6, 8, 32, 64)},
+        "rod of 98 sides": new.cylinder(1, 10, sections=98),
+        "prism": new.cylinder(1, 5, sections=5),
+        "tin": new.cylinder(1, 2, sections=24),
+        "disc": new.cylinder(10, 0.5, sections=90),
+        **{
+            f"cone of {sides} sides": new.cone(1, height, sections=sides)
+            for sides, height in ((8, 3), (64, 3), (128, 20))
+        },
+        "flat cone": new.cone(1, 0.5, sections=100),
+        "pyramid": new.cone(1, 1.5, sections=4),
+        "chair": legged(0.1, 1, 0.1),
+        "chair with a back": legged(0.1, 1, 0.1, box((1, 0.1, 1), place((0, 0.45, 0.5)))),
+        "stool": legged(0.15, 0.6, 0.1),
+        "table": legged(0.05, 1.5, 0.04),
+        "angle": union(box((5, 1, 1)), box((1, 5, 1), place((2, 2, 0)))),
+        "cross": union(box((5, 1, 1)), box((1, 5, 1)), box((1, 1, 5))),
+        "tee": union(box((10, 1, 1)), box((1, 1, 8), place((0, 0, -4)))),
+        "frame": trimesh.boolean.difference([box((3, 3, 1)), box((1, 1, 2))], engine="manifold"),
+        "stairs": union(*[box((1, 2, k + 1), place((k, 0, (k + 1) / 2))) for k in range(5)]),
+        "shelf": union(
+            *[box((2, 0.5, 0.05), place((0, 0, z))) for z in (0, 0.5, 1, 1.5)],
+            *[box((0.05, 0.5, 1.55), place((x, 0, 0.75))) for x in (-1, 1)],
+        ),
+        "hammer": union(new.cylinder(0.3, 8, sections=12), box((3, 1, 1), place((0, 0, 4)))),
+        "pipe": new.annulus(0.8, 1, 3, sections=24),
+    }
+    return {name: Mesh(np.asarray(m.vertices), np.asarray(m.faces), name) for name, m in made.items()}
+
+
+MADE = _made()

@@ -150,7 +150,7 @@ def test_loose_pieces_inside_a_closed_body_are_dropped():
     tooth = moved(without(sphere(2), np.arange(40)), (0, 0.3, 0), 0.1)
     cleaned, report = clean(joined(eye, limbed(), tooth), vertices=2500)
     assert report.dropped_components == 2
-    assert len(cleaned.vertices) == len(limbed().vertices)
+    assert len(cleaned.vertices) == len(clean(limbed(), vertices=2500)[0].vertices)
 
 
 TETRAHEDRON = Mesh(
@@ -159,27 +159,32 @@ TETRAHEDRON = Mesh(
 
 
 @pytest.mark.parametrize("mesh", [cube(), TETRAHEDRON], ids=lambda mesh: mesh.name)
-def test_a_coarse_mesh_is_refined(mesh):
+def test_a_coarse_mesh_is_refined_and_stays_what_it_is(mesh):
     cleaned, report = clean(mesh, vertices=1000)
-    assert report.remeshed == (len(mesh.vertices), len(cleaned.vertices))
-    assert 600 < len(cleaned.vertices) < 1700
+    assert report == CleanReport(refined=(len(mesh.vertices), len(cleaned.vertices)))
+    assert report.warnings == ()
+    assert 300 < len(cleaned.vertices) < 1700
+    assert signed_volume(cleaned.vertices, cleaned.faces) == pytest.approx(signed_volume(mesh.vertices, mesh.faces))
+    assert face_areas(cleaned.vertices, cleaned.faces).sum() == pytest.approx(
+        face_areas(mesh.vertices, mesh.faces).sum()
+    )
     assert_clean(cleaned, 1000)
 
 
-def test_needles_are_remeshed():
+def test_needles_are_refined():
     stretched = Mesh(sphere(4).vertices * [1, 1, 40], sphere(4).faces)
     cleaned, report = clean(stretched, vertices=2500)
-    assert report.remeshed[0] == 2562
+    assert report == CleanReport(refined=(2562, len(cleaned.vertices)))
     assert_clean(cleaned, 2500)
 
 
-def test_a_fine_mesh_is_remeshed_and_a_huge_one_decimated_first():
-    cleaned, report = clean(sphere(4), vertices=600)
-    assert report.messages == (f"remeshed from 2562 to {len(cleaned.vertices)} vertices",)
-    assert_clean(cleaned, 600)
+def test_a_fine_mesh_stays_and_a_huge_one_is_decimated():
+    assert clean(sphere(4), vertices=700)[0].vertices.shape == (2562, 3)
     cleaned, report = clean(sphere(5), vertices=600)
-    assert report.messages[0].startswith("decimated from 10242 to 1")
-    assert len(cleaned.vertices) == pytest.approx(600, rel=0.2)
+    assert report == CleanReport(decimated=(10242, len(cleaned.vertices)))
+    assert report.warnings == ()
+    assert len(cleaned.vertices) == pytest.approx(1200, rel=0.05)
+    assert report.moved < 0.003
     assert_clean(cleaned, 600)
 
 
@@ -188,7 +193,7 @@ def test_400000_vertices_are_decimated_first():
     huge = sphere(8)
     assert len(huge.vertices) > 400_000
     cleaned, report = clean(huge)
-    assert report.messages[0].startswith("decimated from 655362 to 1")
+    assert report.messages[0].startswith("decimated from 655362 to ")
     assert_clean(cleaned, 5000)
 
 
@@ -258,25 +263,24 @@ def test_what_cannot_be_a_closed_surface_gets_one_sentence(mesh, reason):
     ("mesh", "module"),
     [
         (without(BALL, np.array([3])), "pymeshfix"),
-        (cube(), "gpytoolbox"),
         (sphere(5), "fast_simplification"),
     ],
 )
 def test_without_the_extra_the_message_has_the_install_line(monkeypatch, mesh, module):
-    for blocked in ("pymeshfix", "gpytoolbox", "fast_simplification"):
+    for blocked in ("pymeshfix", "fast_simplification"):
         monkeypatch.setitem(sys.modules, blocked, None)
     with pytest.raises(ImportError, match=rf"needs {module}: pip install 'curvematch_jax\[prep\]'"):
         clean(mesh, vertices=600)
 
 
 def test_without_the_extra_what_does_not_need_it_works(monkeypatch):
-    for blocked in ("pymeshfix", "gpytoolbox", "fast_simplification"):
+    for blocked in ("pymeshfix", "fast_simplification"):
         monkeypatch.setitem(sys.modules, blocked, None)
     assert_clean(clean(joined(soup(BALL), cube()), vertices=600)[0], 600)
 
 
 def test_importing_surface_loads_no_mesh_library():
-    libraries = {"trimesh", "potpourri3d", "gpytoolbox", "pymeshfix", "fast_simplification"}
+    libraries = {"trimesh", "potpourri3d", "pymeshfix", "fast_simplification"}
     code = f"import sys, curvematch_jax.surface; print(sorted({libraries} & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert found.strip() == "[]"

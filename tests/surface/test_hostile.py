@@ -13,7 +13,7 @@ import trimesh
 from surface.shapes import cube, joined, limbed, moved, sphere
 
 from curvematch_jax.surface import Extraction, Mesh, MeshError, clean, extract_parts, load_mesh
-from curvematch_jax.surface._levels import front_lengths
+from curvematch_jax.surface._levels import LevelSets
 from curvematch_jax.surface._mesh import MeshIndexError
 
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
@@ -164,8 +164,7 @@ def test_ply_texture_outside_is_not_followed(tmp_path):
 
 def test_stl_of_thousands_of_solids(tmp_path):
     solid = "solid a\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendsolid a\n"
-    refused(written(tmp_path, "a.stl", solid * 4000), "4000 solids")
-    assert len(load_mesh(written(tmp_path, "b.stl", solid * 3)).faces) == 3
+    assert len(load_mesh(written(tmp_path, "a.stl", solid * 4000)).faces) == 4000
 
 
 def test_stl_with_a_word_that_is_no_number_is_not_cut_off_there(tmp_path):
@@ -357,4 +356,4 @@ def test_a_cloud_of_torn_triangles_ends_in_parts_or_one_sentence(seed):
 def test_fronts_pass_by_faces_that_are_level():
     mesh = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]), np.array([[0, 1, 2], [1, 3, 2]]))
     level = np.array([0.0, 1, 1, 1])
-    np.testing.assert_allclose(front_lengths(mesh, level, np.array([0.5])), [np.sqrt(0.5)])
+    np.testing.assert_allclose(LevelSets(mesh, level, np.array([0.5])).fronts, [np.sqrt(0.5)])

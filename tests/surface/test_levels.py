@@ -4,7 +4,7 @@ from surface.shapes import AXES, cube, limbed, sphere, torus, without
 
 from curvematch_jax.surface import Mesh
 from curvematch_jax.surface._fields import Geodesics
-from curvematch_jax.surface._levels import LevelSets, follow, front_lengths
+from curvematch_jax.surface._levels import LevelSets
 from curvematch_jax.surface._topology import compact
 
 
@@ -18,9 +18,9 @@ def turning(polyline: np.ndarray, axis: np.ndarray) -> float:
 
 
 def polylines(mesh: Mesh, function: np.ndarray, value: float) -> list[np.ndarray]:
-    loops = LevelSets(mesh, function)(value)
-    assert loops.closed.all()
-    return [loops.polyline(k) for k in range(len(loops.lengths))]
+    sets = LevelSets(mesh, function, np.array([value]))
+    assert sets.closed.all()
+    return [sets.polyline(k) for k in range(len(sets.lengths))]
 
 
 @pytest.mark.parametrize("height", [-0.9, -0.3, 0.0, 0.25, 0.8])
@@ -74,14 +74,15 @@ def test_boundary_makes_open_curves():
     ball = sphere(3)
     function = ball.vertices[:, 2]
     opened = without(ball, np.flatnonzero(ball.vertices[ball.faces][:, :, 0].min(axis=1) > 0.7))
-    loops = LevelSets(opened, function)(0.0)
-    assert not loops.closed.any()
-    assert LevelSets(opened, function)(0.95).closed.all()
+    sets = LevelSets(opened, function, np.array([0.0, 0.95]))
+    assert not sets.closed[sets.level == 0].any()
+    assert sets.closed[sets.level == 1].all()
 
 
 def followed(mesh: Mesh, source: int, values: np.ndarray, dominance: float = 0.6) -> list[np.ndarray | None]:
     distance = Geodesics(mesh)(source)
-    return follow(LevelSets(mesh, distance / distance.max()), source, values, dominance)
+    sets = LevelSets(mesh, distance / distance.max(), values)
+    return [None if curve is None else sets.polyline(curve) for curve in sets.follow(source, dominance)]
 
 
 def tip(mesh: Mesh, axis: int) -> int:
@@ -106,12 +107,11 @@ def test_a_small_branch_does_not_end_a_part():
     mesh = limbed(np.array([[1, 0, -0.3]]), length=0.8, subdivisions=5)
     source = int(np.argmax(mesh.vertices[:, 2]))
     distance = Geodesics(mesh)(source)
-    levels = LevelSets(mesh, distance / distance.max())
-    values = np.linspace(0.1, 0.9, 16)
-    assert max(len(levels(value).lengths) for value in values) == 2
-    curves = follow(levels, source, values, 0.6)
-    assert all(curve is not None for curve in curves)
-    assert all(length(c) == pytest.approx(levels(v).lengths.max()) for c, v in zip(curves, values, strict=True))
+    sets = LevelSets(mesh, distance / distance.max(), np.linspace(0.1, 0.9, 65))
+    assert np.bincount(sets.level).max() >= 2
+    for level, curve in enumerate(sets.follow(source, 0.6)):
+        assert curve is not None
+        assert length(sets.polyline(curve)) == pytest.approx(sets.lengths[sets.level == level].max())
 
 
 def test_a_part_goes_on_after_a_temporary_split():
@@ -150,14 +150,16 @@ def test_a_part_ends_at_a_boundary():
 def test_no_curve_is_invented_past_the_end_of_the_surface():
     ball = sphere(3)
     distance = Geodesics(ball)(0)
-    assert follow(LevelSets(ball, distance), 0, np.array([1.0, 4.0, 5.0]), 0.6)[1:] == [None, None]
+    assert LevelSets(ball, distance, np.array([1.0, 4.0, 5.0])).follow(0, 0.6)[1:] == [None, None]
 
 
-def test_front_lengths_are_those_of_all_curves_of_the_level_sets():
+def test_levels_are_the_same_one_by_one_and_all_at_once():
     mesh = limbed()
     height = mesh.vertices[:, 0]
-    values = np.quantile(height, [0.02, 0.3, 0.7, 0.97])
-    sets = LevelSets(mesh, height)
-    expected = [sets(value).lengths.sum() for value in values]
-    np.testing.assert_allclose(front_lengths(mesh, height, values), expected, rtol=1e-9)
-    assert front_lengths(mesh, height, np.array([height.max() + 1.0]))[0] == 0
+    values = np.append(np.quantile(height, [0.02, 0.3, 0.7, 0.97]), height.max() + 1)
+    together = LevelSets(mesh, height, values)
+    for level, value in enumerate(values):
+        alone = LevelSets(mesh, height, np.array([value]))
+        np.testing.assert_allclose(np.sort(together.lengths[together.level == level]), np.sort(alone.lengths))
+        np.testing.assert_allclose(together.fronts[level], alone.fronts[0])
+    assert together.fronts[-1] == 0

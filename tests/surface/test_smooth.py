@@ -65,10 +65,10 @@ def test_noise_leaves_the_lengths_of_level_curves():
     mesh = limbed(subdivisions=5)
     noisy, settings = rough(mesh, 0.003), Extraction(radius=0.4, levels=6, samples=32)
     plain = smooth(mesh, LENGTH)
-    features = feature_points(plain, distances_on(plain, "heat"), 0.05)
+    features = feature_points(plain, distances_on(plain, "geodesic"), 0.05)
 
     def fronts(each: Mesh) -> np.ndarray:
-        parts = parts_around(each, distances_on(each, "heat"), features, settings)
+        parts = parts_around(each, distances_on(each, "geodesic"), features, settings)
         return parts.fronts * parts.diameter
 
     def off(each: Mesh) -> float:

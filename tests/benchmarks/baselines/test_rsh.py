@@ -17,7 +17,7 @@ def test_coefficients_of_the_sphere():
 def test_coefficients_of_a_shifted_sphere():
     """Seen from near its centre, a sphere reaches about 1 + e cos, which is of degree 1 and order 0."""
     ball, shift = sphere(4), 0.02
-    found = rsh.magnitudes(moved(ball, (0, 0, shift)).vertices[ball.faces])
+    found = rsh.reach_magnitudes(moved(ball, (0, 0, shift)).vertices[ball.faces])
     assert found[1] == pytest.approx(shift * np.sqrt(4 * np.pi / 3), rel=0.02)
     assert found[2:].max() < 2e-3
 

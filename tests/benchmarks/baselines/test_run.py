@@ -5,7 +5,7 @@ import pytest
 from surface.shapes import limbed, sphere
 
 from benchmarks.baselines import BASELINES, Baseline, _run
-from curvematch_jax.cli._workers import Outcome
+from curvematch_jax.extraction._workers import Outcome
 from curvematch_jax.surface import Mesh
 
 

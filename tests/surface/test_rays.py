@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from surface.shapes import cube, sphere
 
-from benchmarks.baselines._rays import depths, reach
+from curvematch_jax.surface._rays import depths, reach
 
 
 def test_reach_is_the_farthest_intersection_on_that_side():

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from curvematch_jax.cli._workers import in_processes
+from curvematch_jax.extraction._workers import in_processes
 
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="limits of memory and the parent's death are Linux's")
 
@@ -60,7 +60,7 @@ if sys.platform == "linux":
 
 
 def test_tasks_that_fail_cost_themselves_alone(monkeypatch):
-    monkeypatch.setattr("curvematch_jax.cli._workers._memory", lambda: 5 << 30)
+    monkeypatch.setattr("curvematch_jax.extraction._workers._memory", lambda: 5 << 30)
     tasks = [2, *FAILURES, 3, "no answer", 4, 5]
     outcomes = sorted(in_processes(answer, tasks, jobs=2, seconds=2), key=lambda outcome: outcome.task)
     assert [outcome.task for outcome in outcomes] == list(range(len(tasks)))
@@ -104,8 +104,8 @@ def test_workers_die_with_their_parent(tmp_path):
     script = f"""
 import sys
 sys.path[:0] = {sys.path!r}
-from curvematch_jax.cli._workers import in_processes
-from tests.cli.test_workers import hold
+from curvematch_jax.extraction._workers import in_processes
+from tests.extraction.test_workers import hold
 if __name__ == "__main__":
     list(in_processes(hold, [{str(tmp_path)!r}], jobs=1))
 """

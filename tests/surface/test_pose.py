@@ -3,8 +3,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from surface.shapes import cube, limbed
 
-from benchmarks.baselines._pose import canonical_vertices
 from curvematch_jax.surface import Mesh
+from curvematch_jax.surface._pose import canonical_vertices
 
 
 def test_turned_moved_scaled_and_mirrored_is_the_same():

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from curvematch_jax.retrieval import Matching, build_matrix, dissimilarity_matrix, load_matrix, matrix_status
-from curvematch_jax.retrieval import _blocks as blocks_module
-from curvematch_jax.retrieval import _cluster as cluster_module
-from curvematch_jax.retrieval import _matrix_store as store_module
-from curvematch_jax.retrieval._cluster import connect, on_cluster
+from curvematch_jax.retrieval import _executors as cluster_module
+from curvematch_jax.retrieval._executors import connect, on_cluster
 
 distributed = pytest.importorskip("distributed")
 # What distributed and its event loop leave behind is not ours to mend.
@@ -38,16 +36,9 @@ def fixture_collection(make_parts):
     return [make_parts(f"o{k}", seed=k, parts=1 + k % 3, noise=0.1) for k in range(12)]
 
 
-@pytest.fixture(autouse=True)
-def small_blocks(monkeypatch):
-    """Of four objects; the workers are told which objects, and need not know."""
-    monkeypatch.setattr(blocks_module, "BLOCK", 4)
-    monkeypatch.setattr(store_module, "BLOCK", 4)
-
-
 def test_the_same_bits_as_here(client, collection, tmp_path):
-    expected = dissimilarity_matrix(collection, SETTINGS)
-    found = dissimilarity_matrix(collection, SETTINGS, store=tmp_path / "D.zarr", client=client)
+    expected = dissimilarity_matrix(collection, SETTINGS, block=4)
+    found = dissimilarity_matrix(collection, SETTINGS, store=tmp_path / "D.zarr", client=client, block=4)
     np.testing.assert_array_equal(found, expected)
 
 
@@ -59,10 +50,10 @@ def test_a_killed_worker_loses_nothing(client, collection, tmp_path):
             killed.append(next(iter(client.run(os.getpid).values())))
             os.kill(killed[0], signal.SIGKILL)
 
-    build_matrix(collection, tmp_path / "D.zarr", SETTINGS, progress=kill_one, client=client)
+    build_matrix(collection, tmp_path / "D.zarr", SETTINGS, progress=kill_one, client=client, block=4)
     assert killed
     assert matrix_status(tmp_path / "D.zarr").complete
-    expected = dissimilarity_matrix(collection, SETTINGS)
+    expected = dissimilarity_matrix(collection, SETTINGS, block=4)
     np.testing.assert_array_equal(load_matrix(tmp_path / "D.zarr").dissimilarity, expected)
 
 

@@ -6,8 +6,8 @@ on Multimedia Signal Processing, 2001.
 
 import numpy as np
 
-from curvematch_jax.surface import Mesh
-from curvematch_jax.surface._topology import face_areas
+from ._mesh import Mesh
+from ._topology import face_areas
 
 
 def canonical_vertices(mesh: Mesh) -> np.ndarray:

@@ -1,14 +1,19 @@
-"""Blocks on an existing `dask.distributed` cluster."""
+"""One function over many tasks: in this process, or on an existing `dask.distributed` cluster."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from distributed import Client, Future
+
+Tasks = Iterator[tuple[Any, tuple]]
+# `(key, function(*arguments))` of every `(key, arguments)`, in any order; few of them on the way at a time.
+Executor = Callable[[Callable[..., Any], Tasks], Iterator[tuple[Any, Any]]]
 
 # Tasks that wait at each worker, so that none is idle while its next one is on the way.
 _AHEAD = 2
@@ -33,9 +38,18 @@ def connect(address: str) -> Client:
         raise ValueError(f"{address}: no dask scheduler answers there ({type(error).__name__})") from error
 
 
-def on_cluster(
-    client: Client, function: Callable[..., Any], tasks: Iterator[tuple[Any, tuple]]
-) -> Iterator[tuple[Any, Any]]:
+def executor(client: Client | None) -> Executor:
+    """What runs tasks: the cluster of a client, or this process."""
+    return here if client is None else partial(on_cluster, client)
+
+
+def here(function: Callable[..., Any], tasks: Tasks) -> Iterator[tuple[Any, Any]]:
+    """One after the other."""
+    for key, arguments in tasks:
+        yield key, function(*arguments)
+
+
+def on_cluster(client: Client, function: Callable[..., Any], tasks: Tasks) -> Iterator[tuple[Any, Any]]:
     """`(key, function(*arguments))` of every `(key, arguments)`, in the order in which they end.
 
     Only a few tasks a worker are on the way at a time, so that memory stays bounded here and at the scheduler. The

@@ -1,18 +1,15 @@
-"""From what the user names on the command line to parts: meshes are extracted in worker processes, parts are read."""
+"""What the user names, files and folders, to the files that are read, each with the name of its object."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-from .._progress import Progress, reporter
 from ..datasets import MESH_SUFFIXES
-from ..retrieval import distinct_names, load_parts
-from ..surface import Extraction, Parts, extract_parts, load_mesh
-from ._kept import PARTS_SUFFIX, Store, mesh_key
-from ._workers import TIME_LIMIT, in_processes, one_line
+from ..retrieval import distinct_names
+from ._kept import PARTS_SUFFIX
 
 
 @dataclasses.dataclass(frozen=True)
@@ -21,14 +18,6 @@ class Source:
 
     path: Path
     name: str
-
-
-@dataclasses.dataclass(frozen=True)
-class Failure:
-    """An input that gave no parts, and why."""
-
-    name: str
-    reason: str
 
 
 def is_parts(path: Path) -> bool:
@@ -52,41 +41,6 @@ def find_sources(inputs: Sequence[Path], meshes_only: bool = False) -> list[Sour
     return [Source(path, name) for path, name in zip(paths, names, strict=True)]
 
 
-def gather(
-    sources: Sequence[Source],
-    extraction: Extraction,
-    jobs: int,
-    progress: Progress = False,
-    store: Store | None = None,
-    seconds: float = TIME_LIMIT,
-) -> Iterator[tuple[int, Parts | Failure]]:
-    """Parts of every source with its index, or why there are none, in the order in which they are ready.
-
-    Args:
-        store: where parts of meshes are looked for, and kept as soon as they are made; made with `extraction`.
-        seconds: how long the extraction of one mesh may take.
-    """
-    report = reporter(progress, "parts", "meshes")
-    report(0, len(sources))
-    ready = _each(sources, extraction, jobs, store, seconds)
-    for done, (index, result) in enumerate(ready, start=1):
-        report(done, len(sources))
-        yield index, result if isinstance(result, Parts) else Failure(sources[index].name, result)
-
-
-def gather_all(
-    sources: Sequence[Source],
-    extraction: Extraction,
-    jobs: int,
-    progress: Progress = False,
-    store: Store | None = None,
-) -> tuple[list[Parts], list[Failure]]:
-    """As `gather`: all the parts and all the failures, each in the order of the sources."""
-    results = dict(gather(sources, extraction, jobs, progress, store))
-    in_order = [results[index] for index in sorted(results)]
-    return [r for r in in_order if isinstance(r, Parts)], [r for r in in_order if isinstance(r, Failure)]
-
-
 def find_meshes(folder: Path, names: Sequence[str]) -> dict[str, Path]:
     """The mesh files in a folder by the names of the objects, for those names that one file there fits.
 
@@ -108,44 +62,6 @@ def find_meshes(folder: Path, names: Sequence[str]) -> dict[str, Path]:
     if not found:
         raise ValueError(f"{folder}: no mesh in this folder has the name of an object, such as {names[0]}")
     return found
-
-
-def _each(
-    sources: Sequence[Source], extraction: Extraction, jobs: int, store: Store | None, seconds: float
-) -> Iterator[tuple[int, Parts | str]]:
-    missing = []
-    for index, source in enumerate(sources):
-        if is_parts(source.path):
-            yield index, _read(source)
-        elif store is not None and (parts := store.find(source.path, source.name)) is not None:
-            yield index, parts
-        else:
-            missing.append(index)
-    for outcome in in_processes(_extract, [(sources[i], extraction) for i in missing], jobs, seconds):
-        if outcome.failure is not None:
-            yield missing[outcome.task], outcome.failure
-            continue
-        parts, key = outcome.result
-        if store is not None:
-            store.keep(parts, key)
-        yield missing[outcome.task], parts
-
-
-def _read(source: Source) -> Parts | str:
-    try:
-        return dataclasses.replace(load_parts(source.path), name=source.name)
-    except (OSError, ValueError) as error:
-        return one_line(error)
-
-
-def _extract(task: tuple[Source, Extraction]) -> tuple[Parts, str]:
-    """Parts, and the key of the mesh file."""
-    source, extraction = task
-    key = mesh_key(source.path, extraction)
-    mesh = load_mesh(source.path, source.name)
-    if mesh_key(source.path, extraction) != key:
-        raise ValueError(f"{source.path}: the file was changed while it was read: run the command again")
-    return extract_parts(mesh, extraction), key
 
 
 def _opened(given: Path, meshes_only: bool) -> list[Path]:
