@@ -102,15 +102,17 @@ def _beside(better: Bool[Array, " l"], name: str, x: Array) -> Bool[Array, "..."
 def warps_of(
     first: CurveTable, second: CurveTable, u: Float[Array, "l m"]
 ) -> tuple[Float[Array, "l m+1"], Float[Array, "l m+1"]]:
-    """The path between the curves' own parameters."""
+    """The path between the curves' own parameters. u below rounding is 0: that of a curve and itself."""
     knots = u.shape[1]
+    u = jnp.where(jnp.abs(u) < 4 * jnp.finfo(u.dtype).eps, 0, u)
     u = jnp.concatenate([u, u[:, :1]], axis=1)
     time = jnp.asarray(np.arange(knots + 1) / knots, u.dtype)
     return _by_pairs(lifted, first.times, time[None] - u)[0], _by_pairs(lifted, second.times, time[None] + u)[0]
 
 
 def from_warps(warp1: Float[Array, "l nodes"], warp2: Float[Array, "l nodes"], knots: int) -> Float[Array, "l {knots}"]:
-    """A path between arc lengths as u."""
+    """A path between arc lengths as u, in the mean less than half a turn from 0."""
+    warp2 = warp2 - jnp.round(jnp.mean(warp2 - warp1, axis=1, keepdims=True))
     middle = (warp1 + warp2) / 2
     time = jnp.asarray(np.arange(knots) / knots, warp1.dtype)
     place = time[None] - middle[:, :1]

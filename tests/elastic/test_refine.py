@@ -204,7 +204,9 @@ def test_warps_become_paths_and_come_back():
         found = refinement.from_warps(jnp.asarray(time - closed + 0.3), jnp.asarray(time + closed + 0.3), KNOTS)
     for lane in range(LANES):
         expected = np.interp((np.arange(KNOTS) / KNOTS - 0.3) % 1, time, closed[lane])
-        np.testing.assert_allclose(found[lane], expected, atol=1e-12)
+        apart = np.asarray(found[lane]) - expected
+        np.testing.assert_allclose(apart, np.round(2 * apart[0]) / 2, atol=1e-12)  # by whole turns of the second curve
+        assert abs(np.mean(found[lane])) <= 0.3
 
 
 def test_the_path_is_given_in_the_curves_own_parameters():
