@@ -1,8 +1,9 @@
 """The search for a path: from every start point on a coarse grid, then on finer ones around the paths that survive.
 
-A path is a pair of lifted warps `(gamma1, gamma2)` of one time, to arc lengths. Each round carries both curves along
-the path found so far and looks for a better one in a strip around it (`_dynamic`), the rotation solved before. A round
-begins where the one before had its middle, so that the start point is free, too.
+A path is a pair of lifted warps `(gamma1, gamma2)` of one time, to arc lengths. The first round compares the curves by
+the mean tangents of their pieces, from every start point. Each of the others carries both along the path found so far
+and looks for a better one in a strip around it (`_dynamic`), the rotation solved before. It begins where the round
+before had its middle, so that the start point is free, too.
 """
 
 from typing import NamedTuple
