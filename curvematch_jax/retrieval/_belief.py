@@ -107,7 +107,10 @@ def combine(singletons: np.ndarray, frame: np.ndarray) -> Belief:
     """
     objects = singletons.shape[1]
     if (frame > 0).all():
-        evidence = np.log1p(singletons / frame[:, None]).sum(axis=0)
+        with np.errstate(over="ignore", divide="ignore"):
+            odds = singletons / frame[:, None]
+            by_logarithms = np.log(singletons) - np.log(frame)[:, None]
+        evidence = np.where(np.isfinite(odds), np.log1p(odds), by_logarithms).sum(axis=0)
         log_singletons = _log_expm1(evidence)
         log_total = float(np.logaddexp(0.0, logsumexp(log_singletons)))
         log_frame = float(np.log(frame).sum())

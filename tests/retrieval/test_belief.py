@@ -172,3 +172,11 @@ def test_odds_make_evidence_a_sum_that_no_other_object_enters():
     np.testing.assert_allclose(fewer / others[:, None], (singletons / frame[:, None])[:, :2])
     with pytest.raises(ValueError, match="0 or more"):
         belief.odds_masses(-exponents)
+
+
+def test_parts_that_leave_next_to_nothing_on_the_frame_combine():
+    """So sure that the odds are more than a float holds."""
+    sure = np.array([[735.0, 1.0, 0.0], [0.0, 3.0, 2.0]])
+    found = belief.combine(*belief.odds_masses(sure))
+    np.testing.assert_allclose(found.log_probability[0], 0, atol=1e-12)
+    np.testing.assert_allclose(found.log_probability[1] - found.log_probability[0], 4 - 735, atol=0.5)
