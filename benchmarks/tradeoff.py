@@ -28,7 +28,7 @@ SETTINGS: dict[str, Aligner] = {
     "half the starts": Elastic((Round(16, 24, 5), Round(4, 72, 6), Round(2, 216, 6))),
     "half the knots": Elastic(knots=128, nodes=4),
     "fast": PRESETS["fast"],
-    "more starts": Elastic((Round(64, 24, 5), Round(12, 72, 6), Round(4, 216, 6))),
+    "more starts": Elastic((Round(48, 24, 5), Round(12, 72, 6), Round(4, 216, 6))),
     "more refined": Elastic(paths=2, steps=6),
     "wide": Elastic((Round(32, 48, 12), Round(12, 96, 12), Round(4, 192, 12)), paths=2, steps=6),
     "accurate": PRESETS["accurate"],
