@@ -117,10 +117,7 @@ def _image_files(inputs: Sequence[Path]) -> list[Path]:
 
 def _tests(curves: np.ndarray, labels: list[str], permutations: int, output: Output) -> dict[str, dict[str, float]]:
     matrix = distance_matrix(curves, progress=output.progress)
-    found = {
-        "energy": energy_test(matrix, labels, permutations),
-        "variance": variance_test(matrix, labels, permutations),
-    }
+    found = {name: test(matrix, labels, permutations) for name, test in _TESTS.items()}
     return {name: {"statistic": test.statistic, "p": test.p} for name, test in found.items()}
 
 
