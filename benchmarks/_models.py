@@ -1,0 +1,68 @@
+"""Labelled models: where their meshes come from, and work on all of them in worker processes."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from curvematch_jax.datasets import CREATURES, creature, labelled_folder
+from curvematch_jax.extraction._workers import Outcome, in_processes
+from curvematch_jax.surface import Mesh, load_mesh
+
+from ._measure import cores
+
+POSES = 5
+
+
+@dataclass(frozen=True)
+class Model:
+    """Where a mesh comes from, without the mesh: `load(*source)` in the process that needs it."""
+
+    name: str
+    label: str
+    load: Callable[..., Mesh]
+    source: tuple
+
+    def mesh(self) -> Mesh:
+        """Load it."""
+        return self.load(*self.source)
+
+
+def models_in(folder: Path | None) -> list[Model]:
+    """The models of a labelled folder, or without one the creatures that `curvematch demo` uses."""
+    if folder is None:
+        return [Model(f"{kind}{pose}", kind, _creature, (kind, pose)) for kind in CREATURES for pose in range(POSES)]
+    named = [(path, path.relative_to(folder).as_posix(), label) for path, label in labelled_folder(folder)]
+    return [Model(name, label, load_mesh, (path, name)) for path, name, label in named]
+
+
+def _creature(kind: str, pose: int) -> Mesh:
+    return creature(kind, pose).mesh
+
+
+def name_of(folder: Path | None) -> str:
+    """What a collection is called in results."""
+    return folder.resolve().name if folder else "creatures"
+
+
+def in_order(function: Callable[[Any], Any], tasks: Sequence[Any], jobs: int, what: str) -> list[Outcome]:
+    """The outcome of each task, from worker processes; a task that fails costs itself alone.
+
+    Args:
+        function: importable by name.
+        what: said beside the bar.
+    """
+    found = tqdm(in_processes(function, tasks, jobs), total=len(tasks), desc=what, unit="models", disable=None)
+    return sorted(found, key=lambda outcome: outcome.task)
+
+
+def jobs_option(parser: argparse.ArgumentParser) -> None:
+    """How many worker processes."""
+    parser.add_argument(
+        "--jobs", type=int, default=cores(), metavar="N", help="worker processes; by default one a core"
+    )
