@@ -63,6 +63,4 @@ def in_order(function: Callable[[Any], Any], tasks: Sequence[Any], jobs: int, wh
 
 def jobs_option(parser: argparse.ArgumentParser) -> None:
     """How many worker processes."""
-    parser.add_argument(
-        "--jobs", type=int, default=cores(), metavar="N", help="worker processes; by default one a core"
-    )
+    parser.add_argument("--jobs", type=int, default=cores(), metavar="N", help="worker processes; default: the cores")

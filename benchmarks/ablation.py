@@ -1,4 +1,4 @@
-"""What each addition to the published method is worth: scores with it left out, on both halves of a collection.
+"""What each addition to the published method is worth: scores with it left out.
 
     python -m benchmarks ablation DIR... [--rows NAME...] [--out FILE.json]   # adds to what the file holds
 

@@ -1,4 +1,4 @@
-"""Composite queries: do both classes come first of which a query was made, for this method and the baselines?
+"""Queries made of halves of two models: whether both classes come first, here and with the baselines.
 
     python -m benchmarks composites [DIR] [--count 30] [--seed 0] [--out FILE.json]
 

@@ -1,9 +1,9 @@
-"""Speed of the engine: what bounds it, how it grows, and others on the same pairs in the same run.
+"""Speed of the engine: what bounds it, how it grows, and fdasrsf on the same pairs.
 
     python -m benchmarks engine [--quick | --full] [--baseline COMMIT] [--out FILE.json]
 
-With `--out` a picture of the scaling is drawn beside the file. The curves are random closed curves of five Fourier modes in R^3, 100 samples by arc
-length.
+The curves are random closed curves of five Fourier modes in R^3, 100 samples by arc length. With `--out` a picture of
+the scaling is drawn beside the file.
 
     first_calls  seconds of a first call in a new process, without compiled code on disk and with it
     speeds       pairs a second of `align` and `distance_matrix`, by preset

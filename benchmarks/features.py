@@ -1,4 +1,4 @@
-"""Do feature points fall on hand-picked landmarks, and are the tips of limbs found?
+"""Whether feature points fall on hand-picked landmarks, and whether the tips of limbs are found.
 
     python -m benchmarks features DIR [--out FILE.json]
 

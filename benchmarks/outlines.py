@@ -1,4 +1,4 @@
-"""Planar outlines by their elastic distances: how well classes are found, and how long the whole matrix takes.
+"""Planar outlines by their elastic distances: how well classes are found, and how fast.
 
     python -m benchmarks outlines DIR [--presets rigid fast accurate] [--samples 100] [--limit N]
                                       [--baseline COMMIT] [--out FILE.json]

@@ -1,4 +1,4 @@
-"""How much parts depend on the triangles: creatures and folders of models, each at several meshings.
+"""How much parts depend on the triangles: models at several meshings.
 
     python -m benchmarks remeshing [--poses 1] [--raw DIR --even DIR] [--out FILE.json]
 

@@ -1,4 +1,4 @@
-"""How retrieval grows with the collection: one query in thousands of models, and matrices of thousands.
+"""How retrieval grows with the collection: queries of thousands of models, and matrices.
 
     python -m benchmarks scaling [--models 5000] [--indexed 5000] [--counts 100 316 1000 3162] [--out FILE.json]
 
@@ -8,9 +8,11 @@ run has a process of its own, whose peak of memory is measured.
     query   default settings, models of 4 to 10 parts with 23 levels of 100 samples: seconds to make the
             collection ready, and seconds of a query by stage, compiled already, for the best ten (classes of 50), for
             the best twenty where classes have ten members, and for the whole ranking
-    index   as the first of these, from an index on disk that a process of its own opens (20,000 models take half an hour)
+    index   as the first of these, from an index on disk that a process of its own opens
     matrix  models of one part with one level of 16 samples, so that as many pairs of objects as possible are compared:
-            peak of memory and seconds a pair of objects (10,000 models take hours)
+            peak of memory and seconds a pair of objects
+
+`--indexed 20000 --counts 10000` takes hours.
 """
 
 import argparse

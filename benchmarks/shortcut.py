@@ -1,4 +1,4 @@
-"""What a topological short cut does to parts and to retrieval, for every distance along the surface.
+"""What a topological short cut does to parts and to retrieval, by the distance along the surface.
 
     python -m benchmarks shortcut [--poses 3] [--widths 0.02 0.06] [--out FILE.json]
 

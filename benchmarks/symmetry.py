@@ -1,4 +1,4 @@
-"""Does `symmetric_parts` find the limbs that a symmetry exchanges?
+"""Whether `symmetric_parts` finds the limbs that a symmetry exchanges.
 
     python -m benchmarks symmetry [DIR] [--out FILE.json]   # adds to what the file holds
 

@@ -1,4 +1,4 @@
-"""The measures of other retrieval methods, each from its own publication, on labelled folders of meshes.
+"""Other retrieval methods, each from its own publication, by every measure.
 
     python -m benchmarks baselines [DIR...] [--out FILE.json]
 

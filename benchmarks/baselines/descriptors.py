@@ -1,6 +1,7 @@
 """Baselines that describe a surface by a vector of numbers: D2, geodesic D2, RSH, DSR and ShapeDNA."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import contourpy
 import numpy as np
@@ -47,7 +48,7 @@ def d2(mesh: Mesh) -> np.ndarray:
 
 
 def geodesic_d2(mesh: Mesh) -> np.ndarray:
-    """Geodesic D2: the density of distances along the surface, from points spread over it to all vertices by their area.
+    """Geodesic D2: the density of distances along the surface, from points spread over it to its vertices by area.
 
     Hamza, Krim: Geodesic matching of triangulated surfaces, IEEE Trans. Image Processing 15(8), 2006, for the
     distribution of geodesic distances as a signature; here with the sampling and the density of D2.
@@ -57,7 +58,7 @@ def geodesic_d2(mesh: Mesh) -> np.ndarray:
 
 
 def rsh(mesh: Mesh) -> np.ndarray:
-    """RSH: `|c_lm|` `(136,)` of how far the surface reaches in every direction from its centroid, in its canonical frame.
+    """RSH: `|c_lm|` `(136,)` of how far the surface reaches in each direction from its centroid, in its canonical frame.
 
     Saupe, Vranic: 3D model retrieval with spherical harmonics and moments, DAGM, 2001.
     """
@@ -153,5 +154,5 @@ def longest_contour(silhouette: np.ndarray) -> np.ndarray | None:
     """The longest line between what is covered and what is not, closed, in units of the window and from its middle."""
     covered = np.pad(silhouette, 1).astype(float)  # so that lines close where the window cuts
     places = ((np.arange(-1, PIXELS + 1) + 0.5) * 2 / PIXELS - 1) * WINDOW
-    lines = contourpy.contour_generator(places, places, covered, line_type="Separate").lines(0.5)
+    lines: Any = contourpy.contour_generator(places, places, covered, line_type="Separate").lines(0.5)
     return max(lines, key=lambda line: np.linalg.norm(np.diff(line, axis=0), axis=1).sum(), default=None)

@@ -1,10 +1,10 @@
-"""The experiments of the paper as pictures, each with its numbers in a JSON file beside it.
+"""The figures of the paper, each a picture with its numbers in a JSON file beside it.
 
     python -m benchmarks figures [DIR] [--only NAME...] [--models NAME...] [--methods default paper] [--per-class N]
                                  [--raw DIR] [--baselines FILE.json] [--out FOLDER]
 
-DIR is a labelled folder of meshes; without one the built-in creatures are taken. Files go to the folder `figures` unless
-`--out` names another. What one figure has computed, the next one uses. A figure that fails is reported, and the others
+DIR is a labelled folder of meshes; without one the built-in creatures are taken. Files go to the folder `figures`
+unless `--out` names another. What one figure has computed, the next one uses. A figure that fails is reported, and the others
 are made.
 
     feature_points, level_curves, part_geodesic, part_masses, ranked_rows
