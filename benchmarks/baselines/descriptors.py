@@ -58,7 +58,7 @@ def geodesic_d2(mesh: Mesh) -> np.ndarray:
 
 
 def rsh(mesh: Mesh) -> np.ndarray:
-    """RSH: `|c_lm|` `(136,)` of how far the surface reaches in each direction from its centroid, in its canonical frame.
+    """RSH: `|c_lm|` `(136,)` of how far the surface reaches in each direction from its centroid, canonically turned.
 
     Saupe, Vranic: 3D model retrieval with spherical harmonics and moments, DAGM, 2001.
     """

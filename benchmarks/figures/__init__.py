@@ -4,8 +4,8 @@
                                  [--raw DIR] [--baselines FILE.json] [--out FOLDER]
 
 DIR is a labelled folder of meshes; without one the built-in creatures are taken. Files go to the folder `figures`
-unless `--out` names another. What one figure has computed, the next one uses. A figure that fails is reported, and the others
-are made.
+unless `--out` names another. What one figure has computed, the next one uses. A figure that fails is reported, and the
+others are made.
 
     feature_points, level_curves, part_geodesic, part_masses, ranked_rows
         of `--models`, or else of the class with the most models
