@@ -1,6 +1,7 @@
 """Every benchmark runs on small input, from the command line to the file with its results."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -13,6 +14,9 @@ from benchmarks.__main__ import first_line, main
 from benchmarks._record import rounded, write
 from curvematch_jax.datasets import creature
 from curvematch_jax.surface import Mesh, extract_parts
+
+
+DOCS = Path(__file__).parents[2] / "docs"
 
 
 def saved(mesh: Mesh, path: Path) -> None:
@@ -93,6 +97,13 @@ def test_every_benchmark_is_tried_and_has_a_line_of_its_own(capsys):
         main(["--help"])
     told = capsys.readouterr().out
     assert all(f"{name} " in told and first_line(name) in told for name in NAMES)
+
+
+@pytest.mark.parametrize("page", ["README.md", "CHANGELOG.md", *(f"docs/{path.name}" for path in DOCS.glob("*.md"))])
+def test_documented_benchmarks_exist(page):
+    text = (DOCS.parent / page).read_text(encoding="utf-8")
+    assert set(re.findall(r"python -m benchmarks ([a-z]\w*)", text)) <= set(NAMES)
+    assert not re.findall(r"python (?:benchmarks/|-m benchmarks\.)", text)
 
 
 @pytest.mark.parametrize(
