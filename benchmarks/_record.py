@@ -46,15 +46,15 @@ def known(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def provenance(arguments: argparse.Namespace) -> dict[str, Any]:
-    """The benchmark and its arguments, with names of files and folders in place of paths; versions, commit, machine."""
+    """The benchmark and its arguments, with names of files and folders in place of paths; and the surroundings."""
     given = {name: _plain(value) for name, value in vars(arguments).items() if name not in ("benchmark", "out")}
-    return {
-        "benchmark": arguments.benchmark,
-        "arguments": given,
-        "versions": versions(),
-        "commit": commit(),
-        "machine": machine(),
-    }
+    return {"benchmark": arguments.benchmark, "arguments": given, **surroundings()}
+
+
+def surroundings() -> dict[str, Any]:
+    """What results may depend on besides: versions of packages, the commit, the machine."""
+    machine = {"processor": platform.processor() or platform.machine(), "cores": cores()}
+    return {"versions": versions(), "commit": commit(), "machine": machine}
 
 
 def versions() -> dict[str, str]:
@@ -72,11 +72,6 @@ def commit() -> str | None:
     except FileNotFoundError:
         return None
     return done.stdout.strip() if done.returncode == 0 else None
-
-
-def machine() -> dict[str, Any]:
-    """Processor, and cores that this process may use."""
-    return {"processor": platform.processor() or platform.machine(), "cores": cores()}
 
 
 def rounded(results: Any) -> Any:

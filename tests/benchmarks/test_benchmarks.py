@@ -15,7 +15,6 @@ from benchmarks._record import rounded, write
 from curvematch_jax.datasets import creature
 from curvematch_jax.surface import Mesh, extract_parts
 
-
 DOCS = Path(__file__).parents[2] / "docs"
 
 

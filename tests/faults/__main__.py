@@ -17,7 +17,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks._record import machine, versions, write
+from benchmarks._record import surroundings, write
 
 from ._scenarios import faulty_disks, kill_again_and_again, matrix_scenario, parts_scenario
 
@@ -40,7 +40,7 @@ def main() -> int:
     sound &= all(outcome in ("sound", "skipped") for found in disks.values() for outcome in found.values())
     if arguments.out:
         found = {"campaigns": [dataclasses.asdict(campaign) for campaign in campaigns], "disks": disks}
-        write(arguments.out, {"versions": versions(), "machine": machine(), "seed": arguments.seed, **found})
+        write(arguments.out, {**surroundings(), "seed": arguments.seed, **found})
     return 0 if sound else 1
 
 

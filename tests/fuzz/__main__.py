@@ -19,7 +19,7 @@ import sys
 import time
 from pathlib import Path
 
-from benchmarks._record import versions, write
+from benchmarks._record import surroundings, write
 
 from ._campaign import cases, run, save, summary
 from ._seeds import FORMATS
@@ -50,7 +50,7 @@ def main() -> int:
         "jobs": arguments.jobs,
         **summary(verdicts),
         "seconds": time.perf_counter() - start,
-        "versions": versions("pymeshfix", "fast-simplification"),
+        **surroundings(),
     }
     print(json.dumps(facts, indent=1))
     if arguments.out:
