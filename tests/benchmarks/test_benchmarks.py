@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+import benchmarks
 from benchmarks import NAMES
 from benchmarks.__main__ import first_line, main
 from benchmarks._record import rounded, write
@@ -96,6 +97,12 @@ def test_every_benchmark_is_tried_and_has_a_line_of_its_own(capsys):
         main(["--help"])
     told = capsys.readouterr().out
     assert all(f"{name} " in told and first_line(name) in told for name in NAMES)
+
+
+def test_benchmarks_import_nothing_of_the_command_line():
+    modules = list(Path(benchmarks.__file__).parent.rglob("*.py"))
+    assert len(modules) > len(NAMES)
+    assert [module.name for module in modules if "curvematch_jax.cli" in module.read_text(encoding="utf-8")] == []
 
 
 @pytest.mark.parametrize("page", ["README.md", "CHANGELOG.md", *(f"docs/{path.name}" for path in DOCS.glob("*.md"))])
