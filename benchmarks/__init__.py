@@ -9,6 +9,8 @@ NAMES = (
     "engine",
     "tradeoff",
     "outlines",
+    "specimens",
+    "statistics",
     "retrieval",
     "ablation",
     "baselines",
