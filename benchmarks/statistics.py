@@ -10,8 +10,8 @@ first point is repeated at the end. Both have compiled before.
               `Aligner.accurate()`, which certifies what its alignments achieve; `own` is the one each states itself
     mean      the distance of each mean to the leaf that the others were made around
 
-`space`: what fdasrsf says to three leaves in R^3, if it raises. `many`: `karcher_mean` of so many leaves in R^3, and the
-most memory that the process holds meanwhile (Linux).
+`space`: what fdasrsf says to three leaves in R^3, if it raises. `many`: `karcher_mean` of so many leaves in R^3, and
+the most memory that the process holds meanwhile (Linux).
 
 Of times there are `seconds` by the clock, and `cpu`, those of all cores, on which other programs weigh less.
 """
@@ -106,7 +106,7 @@ def raised(curves: np.ndarray) -> str | None:
     """What fdasrsf says to curves in R^3; None if it has a mean of them."""
     try:
         averaged(curves)
-    except Exception as problem:  # noqa: BLE001: whatever it is
+    except Exception as problem:
         return f"{type(problem).__name__}: {problem}"
     return None
 
