@@ -9,8 +9,9 @@ line, genera among those of seven wings or more.
 Each is measured with elastic distances, and with those of `Rigid`: rotation and start point alone, without warps.
 
     p         of `energy_test`, 9,999 permutations
-    balanced  accuracy of the k nearest neighbours, each left out in turn, in the mean over groups. Of k = 1, 3, 5, 9, 15, 25, the
-              best on every other outline is used for the rest, and the other way round; chance is 1 / groups
+    balanced  accuracy of the k nearest neighbours, each left out in turn, in the mean over groups.
+              Of k = 1, 3, 5, 9, 15, 25, the best on every other outline is used for the rest, and the other way
+              round; chance is 1 / groups
     scores    balanced accuracy of linear discriminants of ten tangent scores, in five folds, the mean and the
               components made from the other folds; of the wings alone, since it takes five means
 """
