@@ -78,8 +78,8 @@ class ShapeKMeans(base.ClusterMixin, _OfCurves):
 
 
 class ShapeRegressor(base.RegressorMixin, base.BaseEstimator):
-    """`ShapeRegression`: numbers `(k, p)` to curves `(k, d, n)`. The score is the share of the variance of shape that is
-    explained."""
+    """`ShapeRegression`: numbers `(k, p)` to curves `(k, d, n)`. The score is the share of the variance of shape
+    that is explained."""
 
     def __init__(self, aligner: Aligner | None = None):
         self.aligner = aligner

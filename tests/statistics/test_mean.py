@@ -104,7 +104,7 @@ def test_the_mean_of_noisy_ellipses_is_nearer_to_the_ellipse_than_any():
 @pytest.mark.slow
 @pytest.mark.parametrize("d", [2, 3])
 def test_moved_copies_of_a_rough_curve_have_it_as_mean(d):
-    shape, random = fourier(5, d, 4000), np.random.default_rng(1)
+    shape, random = fourier(5, None, 4000, d), np.random.default_rng(1)
     even = np.arange(100) / 100
     copies = []
     for k in range(12):

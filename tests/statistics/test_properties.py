@@ -25,6 +25,7 @@ def apart(first, second):
     return float(elastic_distance(first, second, LEAN))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("d", [2, 3])
 def test_order_does_not_matter_to_the_last_digit(d):
     @some
