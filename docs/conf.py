@@ -46,9 +46,9 @@ autodoc_member_order = "bysource"
 autodoc_inherit_docstrings = False
 python_maximum_signature_line_length = 90
 toc_object_entries_show_parents = "hide"
-napoleon_use_ivar = True
+# Attributes of a class are its fields, and shown as parameters are.
+napoleon_custom_sections = [("Attributes", "params_style")]
 napoleon_use_rtype = False
-napoleon_attr_annotations = False
 
 
 def pictures_written(block, block_vars, gallery_conf):
