@@ -33,6 +33,8 @@ exclude_patterns = ["gallery"]
 html_theme = "furo"
 html_title = f"curvematch_jax {release}"
 html_math_renderer = "mathml"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_copy_source = False
 
 myst_enable_extensions = ["dollarmath", "deflist"]

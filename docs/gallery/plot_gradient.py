@@ -10,7 +10,7 @@ would make the curve rough.
 import jax
 import jax.numpy as jnp
 
-from curvematch_jax import Aligner, elastic_distance
+from curvematch_jax import Aligner, centre, elastic_distance, length
 from curvematch_jax.datasets import leaves
 from curvematch_jax.pictures import geodesic_picture
 
@@ -35,6 +35,7 @@ for step in range(31):
     coefficients = coefficients - 0.15 * slope
 
 # %%
-# The curve after 0, 6, ..., 30 steps, and the target.
+# The curve after 0, 6, ..., 30 steps, and the target, at the same length.
 
-geodesic_picture([*frames, target[0] / jnp.abs(target[0]).max()], "descent.png")
+shown = [centre(curve / length(curve)) for curve in (*frames, target[0])]
+geodesic_picture(jnp.stack(shown), "descent.png")

@@ -22,9 +22,8 @@ print(groups)  # the indices of the parts, in groups
 figure = Figure(figsize=(6, 4.5), layout="constrained")
 axes = figure.add_subplot(projection="3d", azim=30, elev=10)
 colour = {part: f"C{k}" for k, group in enumerate(groups) for part in group}
-near = slice(0, 12)  # the levels next to the feature point
-for part in range(len(parts.curves)):
-    for level in np.flatnonzero(parts.mask[part, near]):
+for part, mask in enumerate(parts.mask):
+    for level in np.flatnonzero(mask[:16]):  # the levels next to the feature point
         scale = parts.lengths[part, level] * parts.diameter
         curve = parts.curves[part, level] * scale + parts.centres[part, level][:, None]
         axes.plot(*np.append(curve, curve[:, :1], axis=1), color=colour[part], linewidth=0.8)
