@@ -49,9 +49,9 @@ class Witness:
 
     def __post_init__(self) -> None:
         if self.name not in get_args(Descriptor):
-            raise ValueError(f"a witness is one of {', '.join(get_args(Descriptor))}, and was {self.name!r}")
+            raise ValueError(f"a witness is one of {', '.join(get_args(Descriptor))}, found {self.name!r}")
         if self.weight is not None and not 0 <= self.weight < math.inf:
-            raise ValueError(f"the weight of a witness must be 0 or more, and was {self.weight!r}")
+            raise ValueError(f"the weight of a witness must be 0 or more, found {self.weight!r}")
 
 
 _CHOICES = {"fusion": Fusion, "masses": Masses, "significance": Significance, "unit": Unit}
@@ -114,37 +114,37 @@ class Matching:
     def __post_init__(self) -> None:
         for name, kind in _CHOICES.items():
             if getattr(self, name) not in get_args(kind):
-                raise ValueError(f"{name} must be one of {', '.join(get_args(kind))}, and was {getattr(self, name)!r}")
+                raise ValueError(f"{name} must be one of {', '.join(get_args(kind))}, found {getattr(self, name)!r}")
         if not isinstance(self.candidates, int) or self.candidates < 0:
-            raise ValueError(f"candidates must be a whole number, 0 or more, and was {self.candidates!r}")
+            raise ValueError(f"candidates must be a whole number, 0 or more, found {self.candidates!r}")
         for name in ("length_weight", "front_weight", "isometry_weight", "isometry_limit", "decay", "missing"):
             if not 0 <= getattr(self, name) < math.inf:
-                raise ValueError(f"{name} must be 0 or more, and was {getattr(self, name)!r}")
+                raise ValueError(f"{name} must be 0 or more, found {getattr(self, name)!r}")
         if not 0 < self.scale < math.inf:
-            raise ValueError(f"scale must be more than 0, and was {self.scale!r}")
+            raise ValueError(f"scale must be more than 0, found {self.scale!r}")
         if len({witness.name for witness in self.witnesses}) < len(self.witnesses):
             raise ValueError("a witness is named twice")
 
     @classmethod
     def elastic(cls) -> Matching:
-        """The default with curves reparametrised as well: some 15 times slower, and hardly better at retrieval."""
+        """The default with reparametrisation of curves: about 15 times slower, and hardly better at retrieval."""
         return cls(aligner=Aligner.fast())
 
     @classmethod
     def articulated(cls) -> Matching:
-        """For bodies that bend: the spectrum has as much to say as the parts, and views nothing."""
+        """For bodies that bend: the spectrum counts as much as the parts, and views do not count."""
         return cls(witnesses=(Witness("spectrum", 1.0),))
 
     @classmethod
     def generic(cls) -> Matching:
-        """For things of many kinds, most of them rigid: views have half as much to say as the parts."""
+        """For objects of many kinds, most of them rigid: views count half as much as the parts."""
         return cls(witnesses=(Witness("spectrum", 0.25), Witness("views", 0.5)))
 
     @classmethod
     def partial(cls) -> Matching:
-        """For queries that are pieces of bodies, or are put together of them: near levels and close parts count.
+        """For queries that are pieces of bodies or composed of pieces: near levels and close parts count most.
 
-        One-way: what a piece finds in the whole, and not what the whole finds in the piece.
+        One-way: the parts of the query are compared with the object, and not the other way round.
 
         Far from its feature point a part of one body reaches into the other, so that the weight of levels falls with
         the distance, and lengths in diameters of the whole say nothing about a piece. Masses by equation 4 let few

@@ -20,10 +20,10 @@ print(groups)  # the indices of the parts, in groups
 # ``lengths``, ``diameter`` and ``centres`` bring them back to the mesh.
 
 figure = Figure(figsize=(6, 4.5), layout="constrained")
-axes = figure.add_subplot(projection="3d", azim=30, elev=10)
+axes = figure.add_subplot(projection="3d", azim=-60, elev=10)
 colour = {part: f"C{k}" for k, group in enumerate(groups) for part in group}
 for part, mask in enumerate(parts.mask):
-    for level in np.flatnonzero(mask[:16]):  # the levels next to the feature point
+    for level in np.flatnonzero(mask[:12]):  # the levels next to the feature point
         scale = parts.lengths[part, level] * parts.diameter
         curve = parts.curves[part, level] * scale + parts.centres[part, level][:, None]
         axes.plot(*np.append(curve, curve[:, :1], axis=1), color=colour[part], linewidth=0.8)
