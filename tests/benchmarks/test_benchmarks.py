@@ -90,7 +90,7 @@ SMALL: dict[str, Small] = {
     "figures": Small(meshes, "--jobs 1 --per-class 1", "matrix"),
     "features": Small(landmarked, "", "classes", slow=False),
     "symmetry": Small(landmarked, "", "collections", slow=False),
-    "shortcut": Small(None, "--poses 1 --classes human hand --widths 0.03 --fields geodesic", "fields"),
+    "shortcut": Small(None, "--poses 2 --classes human horse --widths 0.03 --fields geodesic", "fields"),
     "remeshing": Small(None, "--classes human hand", "creatures"),
     "scaling": Small(None, "--models 13 --indexed 13 --counts 50", "matrix"),
 }
