@@ -83,9 +83,19 @@ def source_signature(app, what, name, thing, options, signature, returned):
     if isinstance(node, ast.FunctionDef):
         node.args.args = [argument for argument in node.args.args if argument.arg not in ("self", "cls")]
         return f"({ast.unparse(node.args)})", node.returns and ast.unparse(node.returns)
-    fields = [ast.unparse(field) for field in node.body if isinstance(field, ast.AnnAssign)]
+    fields = [ast.unparse(made_now(field)) for field in node.body if isinstance(field, ast.AnnAssign)]
     fields = [field for field in fields if "ClassVar" not in field and not field.startswith("_")]
     return (f"({', '.join(fields)})", None) if fields else None
+
+
+def made_now(field):
+    """A field of a dataclass with its default in place of the function that makes it."""
+    match field.value:
+        case ast.Call(ast.Name("field"), keywords=[ast.keyword("default_factory", ast.Lambda(body=default))]):
+            field.value = default
+        case ast.Call(ast.Name("field"), keywords=[ast.keyword("default_factory", factory)]):
+            field.value = ast.Call(factory, [], [])
+    return field
 
 
 def skip_fields(app, what, name, thing, skip, options):

@@ -81,18 +81,18 @@ class Matching:
         unit: what lengths are measured in: the square root of the surface's `"area"`, its geodesic `"diameter"`, or the
             unit of the `"mesh"`, for models in their true size: it tells apart bodies of different height.
         missing: radians for a level curve that only one of two parts has.
-        fusion: how what is known of an object is joined. `"cohort"`: in both directions, from the query's parts to
-            the object and back, as the chance of an unrelated object to be as near, together with the witnesses (see
-            `_cohort.py`); dissimilarities are symmetric and comparable. The others ask the query's parts alone.
+        fusion: how the evidence for an object is combined. `"cohort"`: in both directions, from the query's parts to
+            the object and back, as the chance that an unrelated object is as near, together with the witnesses (see
+            `_cohort.py`); dissimilarities are symmetric and comparable. The others use the query's parts only.
             `"belief"`: by the transferable belief model. `"weighted"`: by the sum of masses that the belief model
             comes to in large collections. `"mean"`: by the mean of their distances to the object.
-        witnesses: what speaks beside the parts, with `fusion="cohort"`.
+        witnesses: further sources of belief beside the parts, with `fusion="cohort"`.
         masses: what distances are turned into. `"odds"`: the mass of a part on an object is
             `expm1(mu (D_max - D1) / scale)` times its mass on the whole collection, so that the combined evidence for
             an object is a sum over the parts which no other object enters. `"shares"`: as published (equation 4),
             `1 - D1` as a share of the sum over the collection, where D1 is first made `1 - exp(-D1 / scale)`.
-        significance: mu, what a part's word is worth: that of all parts is worth the same (`"equal"`), or less the
-            less of the query's surface it covers (`"area"`, as published).
+        significance: mu, the weight of a part: the same for all parts (`"equal"`), or smaller for parts that cover
+            less of the query's surface (`"area"`, as published).
         scale: radians; see `masses`.
     """
 
