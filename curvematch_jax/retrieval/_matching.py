@@ -1,4 +1,4 @@
-"""How parts are compared and what they say about objects is joined: the settings.
+"""Settings of retrieval: how parts are compared, and how the evidence is combined.
 
 Equations D, 4 and 5 of H. Tabia, M. Daoudi, J.-P. Vandeborre, O. Colot, "A new 3D-matching method of non-rigid and
 partially similar models using curve analysis", IEEE PAMI 33(4), 2011, with what the paper leaves open decided here.
@@ -59,7 +59,7 @@ _CHOICES = {"fusion": Fusion, "masses": Masses, "significance": Significance, "u
 
 @dataclass(frozen=True)
 class Matching:
-    """How parts are compared and what they say about objects is joined.
+    """How parts are compared, and how the evidence is combined.
 
     Two parts differ, level by level, by the elastic distance of their curves (radians) and by `length_weight` times
     the difference of the logarithms of the curves' lengths. The levels are averaged with weights `k^-decay`, k = 1
