@@ -5,8 +5,8 @@
 The curves are generated leaves in the plane and in R^3, the surface is a generated horse. A package that is not
 installed is left out: `pip install fdasrsf lapy geomstats`; geomstats 2.8 needs a numpy below 2.4.
 
-    curves    CPU milliseconds a pair after compilation. `fast` and `accurate` are of this package, in one batch; the others
-              take pairs one by one, the first `--pairs` of them. `above_accurate` is how much larger their distances are
+    curves    CPU milliseconds a pair after compilation. `fast` and `accurate` are of this package, in one batch; the
+              others take the first `--pairs` pairs one by one. `above_accurate`: how much larger their distances are
     fdasrsf   closed curves, rotation, its default dynamic programming
     geomstats open curves by parametrisation alone: it has no closed curves, and one group action at a time
     surface   CPU seconds of 20 eigenvalues by LaPy, and of all parts with their spectrum here; how far the eigenvalues
@@ -16,6 +16,7 @@ installed is left out: `pip install fdasrsf lapy geomstats`; geomstats 2.8 needs
 from __future__ import annotations
 
 import argparse
+import functools as ft
 import time
 import warnings
 from collections.abc import Callable
@@ -51,9 +52,9 @@ def on_curves(d: int, pairs: int, batch: int, samples: int) -> dict[str, Any]:
     first, second = made[:batch], made[batch:]
     best, found = np.empty(0), {}
     for name in ("fast", "accurate"):
-        distances = lambda name=name: np.asarray(cm.align(first, second, PRESETS[name]).distance)
-        distances()
-        best, seconds = cpu_timed(distances, _RUNS)
+        distances = ft.partial(cm.elastic_distance, first, second, PRESETS[name])
+        distances().block_until_ready()
+        best, seconds = cpu_timed(lambda distances=distances: np.asarray(distances()), _RUNS)
         found[name] = {"milliseconds": 1e3 * seconds / batch}
     for name, distance in {"fdasrsf": by_fdasrsf, "geomstats": by_geomstats}.items():
         if find_spec(name):
