@@ -39,7 +39,7 @@ def parse_off(text: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _columns(lines: list[str], count: int, dtype: type) -> np.ndarray | None:
-    """The first columns of a table of numbers, twenty times as fast as line by line; None unless every line has them."""
+    """The first columns of a table of numbers, much faster than line by line; None unless every line has them."""
     try:
         return np.loadtxt(lines, dtype, comments=None, usecols=range(count), ndmin=2) if lines else None
     except ValueError:
