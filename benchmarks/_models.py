@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +12,10 @@ from typing import Any
 from tqdm import tqdm
 
 from curvematch_jax.datasets import CREATURES, creature, labelled_folder
+from curvematch_jax.extraction import Failure, extract_collection
 from curvematch_jax.extraction._workers import Outcome, in_processes
-from curvematch_jax.surface import Mesh, load_mesh
+from curvematch_jax.retrieval import distinct_names
+from curvematch_jax.surface import Extraction, Mesh, Parts, load_mesh
 
 from ._measure import cores
 
@@ -37,8 +40,17 @@ def models_in(folder: Path | None) -> list[Model]:
     """The models of a labelled folder, or without one the creatures that `curvematch demo` uses."""
     if folder is None:
         return [Model(f"{kind}{pose}", kind, _creature, (kind, pose)) for kind in CREATURES for pose in range(POSES)]
-    named = [(path, path.relative_to(folder).as_posix(), label) for path, label in labelled_folder(folder)]
-    return [Model(name, label, load_mesh, (path, name)) for path, name, label in named]
+    paths, labels = zip(*labelled_folder(folder), strict=True)
+    names = distinct_names(paths)
+    return [Model(name, label, load_mesh, (path, name)) for path, name, label in zip(paths, names, labels, strict=True)]
+
+
+def extracted(folder: Path, extraction: Extraction, jobs: int) -> tuple[list[Parts], list[str], tuple[Failure, ...]]:
+    """The parts of a labelled folder, their classes, and the models that gave none."""
+    paths, labels = zip(*labelled_folder(folder), strict=True)
+    made = extract_collection(paths, extraction, jobs=jobs, progress=sys.stderr.isatty())
+    classes = dict(zip(distinct_names(paths), labels, strict=True))
+    return list(made.parts), [classes[parts.name] for parts in made.parts], made.failures
 
 
 def _creature(kind: str, pose: int) -> Mesh:

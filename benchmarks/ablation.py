@@ -16,13 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from curvematch_jax.datasets import labelled_folder
-from curvematch_jax.extraction import extract_collection
 from curvematch_jax.retrieval import Matching, Scores, dissimilarity_matrix, evaluate, run_settings
 from curvematch_jax.surface import Extraction, Parts
 
 from ._measure import say, timed, use_every_core
-from ._models import jobs_option, name_of
+from ._models import extracted, jobs_option, name_of
 from ._record import known, record
 
 MEASURES = ("nn", "ft", "st", "dcg", "map")
@@ -83,18 +81,13 @@ def run(arguments: argparse.Namespace) -> None:
 
 def ablated(folder: Path, rows: Sequence[str], jobs: int) -> Iterator[tuple[str, dict]]:
     """Every row's name and scores on one collection; says them as they come."""
-    labelled = labelled_folder(folder)
-    classes = {path.name: label for path, label in labelled}
-    extracted: dict[Extraction, list[Parts]] = {}
+    made: dict[Extraction, tuple[list[Parts], list[str]]] = {}
     say(f"\n{name_of(folder):28s}" + "".join(f"{name:>7s}" for name in MEASURES) + "    map of the halves   seconds")
     for name in rows:
         extraction, matching = ROWS[name]
-        if extraction not in extracted:
-            extracted[extraction] = list(
-                extract_collection([path for path, _ in labelled], extraction, jobs=jobs).parts
-            )
-        parts = extracted[extraction]
-        values = measured(parts, [classes[p.name] for p in parts], matching)
+        if extraction not in made:
+            made[extraction] = extracted(folder, extraction, jobs)[:2]
+        values = measured(*made[extraction], matching)
         say(
             f"{name:28s}"
             + "".join(f"{values['whole'][m]:7.3f}" for m in MEASURES)

@@ -12,18 +12,17 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from curvematch_jax.datasets import labelled_folder
-from curvematch_jax.extraction import extract_collection
 from curvematch_jax.retrieval import Matching, Scores, dissimilarity_matrix, evaluate, rerank, run_settings
 from curvematch_jax.surface import Extraction
 
 from ._measure import peak_memory, say, timed, use_every_core
-from ._models import jobs_option, name_of
+from ._models import extracted, jobs_option, name_of
 from ._record import record
 
 PRESETS = {
@@ -50,14 +49,10 @@ def run(arguments: argparse.Namespace) -> None:
 
 def measured(folder: Path, matching: Matching, jobs: int) -> dict[str, object]:
     """Everything there is to say about one collection; prints it as it comes."""
-    labelled = labelled_folder(folder)
     with peak_memory() as peak:
-        made, extracting = timed(lambda: extract_collection([path for path, _ in labelled], jobs=jobs, progress=True))
-        parts = list(made.parts)
-        matrix, comparing = timed(lambda: dissimilarity_matrix(parts, matching, progress=True))
+        (parts, labels, failed), extracting = timed(lambda: extracted(folder, Extraction(), jobs))
+        matrix, comparing = timed(lambda: dissimilarity_matrix(parts, matching, progress=sys.stderr.isatty()))
     name = name_of(folder)
-    classes = {path.name: label for path, label in labelled}
-    labels = [classes[p.name] for p in parts]
     measures = {}
     for kind, values in (("as it is", matrix), ("re-ranked", rerank(matrix))):
         scores = evaluate(values, labels) if repeated(labels) else None
@@ -66,13 +61,13 @@ def measured(folder: Path, matching: Matching, jobs: int) -> dict[str, object]:
             say(f"\n{name}, {kind}\n{table(scores)}")
     counts = np.array([len(p.areas) for p in parts])
     say(
-        f"\n{name}: {len(parts)} of {len(labelled)} objects, {counts.sum()} parts, "
+        f"\n{name}: {len(parts)} of {len(parts) + len(failed)} objects, {counts.sum()} parts, "
         f"parts {extracting:.0f} s, matrix {comparing:.0f} s, peak {max(peak) / 2**30:.2f} GiB"
     )
     return {
         "collection": name,
         "objects": len(parts),
-        "failed": [dataclasses.asdict(failure) for failure in made.failures],
+        "failed": [dataclasses.asdict(failure) for failure in failed],
         "parts": int(counts.sum()),
         "part_pairs": int(counts.sum() ** 2 - (counts**2).sum()) // 2,
         "seconds": {"parts": extracting, "matrix": comparing},

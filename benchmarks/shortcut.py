@@ -156,7 +156,11 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
+    if arguments.poses < 2:
+        raise ValueError(f"--poses must be at least 2, or no query finds its class; found {arguments.poses}")
     collection = models(arguments.classes, arguments.poses, arguments.widths)
+    if not any(model.bridged for model in collection):
+        raise ValueError(f"no creature of {', '.join(arguments.classes)} has a place for a bridge: take more of them")
     results = {field: judged(field, collection, arguments.widths) for field in arguments.fields}
     say_table(results)
     facts = {

@@ -26,12 +26,17 @@ def saved(mesh: Mesh, path: Path) -> None:
     path.write_text("\n".join(lines + [f"3 {a} {b} {c}" for a, b, c in mesh.faces.tolist()]) + "\n")
 
 
-def four_meshes(folder: Path) -> str:
-    """Two classes of two creatures, a folder each."""
+def meshes(folder: Path, poses: int = 2) -> str:
+    """Two classes, a folder each."""
     for kind in ("human", "horse"):
-        for pose in (0, 1):
-            saved(creature(kind, pose, vertices=1500).mesh, folder / "four" / kind / f"{pose}.off")
-    return str(folder / "four")
+        for pose in range(poses):
+            saved(creature(kind, pose, vertices=1500).mesh, folder / "meshes" / kind / f"{pose}.off")
+    return str(folder / "meshes")
+
+
+def eight_meshes(folder: Path) -> str:
+    """So many that the halves of a class have two members."""
+    return meshes(folder, 4)
 
 
 def landmarked(folder: Path) -> str:
@@ -87,17 +92,18 @@ class Small(NamedTuple):
 SMALL: dict[str, Small] = {
     "engine": Small(None, "--quick", "speeds"),
     "tradeoff": Small(yardstick, "--settings fast --repeat 1", "settings"),
+    "peers": Small(None, "--pairs 1 --batch 2 --samples 40", "curves"),
     "outlines": Small(outlines, "--presets rigid --samples 32", "presets", slow=False),
     "specimens": Small(specimens, "--samples 32", "groups"),
     "statistics": Small(None, "--curves 3 --many 4 --samples 32", "planar"),
-    "retrieval": Small(four_meshes, "--jobs 1", "collections"),
-    "ablation": Small(four_meshes, "--jobs 1 --rows default", "collections"),
-    "baselines": Small(four_meshes, "--jobs 1", "collections"),
-    "composites": Small(four_meshes, "--jobs 1 --count 2", "methods"),
-    "figures": Small(four_meshes, "--jobs 1 --per-class 1", "matrix"),
+    "retrieval": Small(meshes, "--jobs 1", "collections"),
+    "ablation": Small(eight_meshes, "--jobs 1 --rows default", "collections"),
+    "baselines": Small(meshes, "--jobs 1", "collections"),
+    "composites": Small(meshes, "--jobs 1 --count 2", "methods"),
+    "figures": Small(meshes, "--jobs 1 --per-class 1", "matrix"),
     "features": Small(landmarked, "", "classes", slow=False),
     "symmetry": Small(landmarked, "", "collections", slow=False),
-    "shortcut": Small(None, "--poses 1 --classes human hand --widths 0.03 --fields heat", "fields"),
+    "shortcut": Small(None, "--poses 2 --classes human horse --widths 0.03 --fields geodesic", "fields"),
     "remeshing": Small(None, "--classes human hand", "creatures"),
     "scaling": Small(None, "--models 13 --indexed 13 --counts 50", "matrix"),
 }
