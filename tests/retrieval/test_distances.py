@@ -113,7 +113,8 @@ def test_shortlist_takes_the_nearest_of_each_object():
 
 @pytest.mark.parametrize(
     "settings",
-    [pytest.param(Matching.paper(), id="paper"), pytest.param(Matching.elastic(), id="elastic", marks=pytest.mark.slow)],
+    [Matching.paper(), pytest.param(Matching.elastic(), marks=pytest.mark.slow)],
+    ids=["paper", "elastic"],
 )
 def test_candidates_only_ever_leave_out_nearer_parts(settings, make_parts):
     """With all parts as candidates nothing is left out; warps bring parts closer."""
