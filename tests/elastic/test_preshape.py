@@ -90,8 +90,14 @@ def test_fields_of_all_kinds_are_closed(d, double):
         np.testing.assert_allclose(np.mean(np.sum(found**2, axis=1), axis=-1), 1, atol=1e-5)
         moved = np.asarray(preshape.sphere_distance(jnp.asarray(found, q.dtype), preshape.unit(jnp.asarray(q))))
         assert moved.max() < 1.5
-        if d == 3:
-            assert jnp.isfinite(jax.jit(jax.grad(lambda q: jnp.sum(project_closed(q) ** 3)))(q)).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("double", [False, True], ids=["float32", "float64"])
+def test_the_gradient_of_projection_is_finite_for_fields_of_all_kinds(double):
+    with x64() if double else contextlib.nullcontext():
+        q = jnp.asarray(far_fields(3).astype(float if double else np.float32))
+        assert jnp.isfinite(jax.jit(jax.grad(lambda q: jnp.sum(project_closed(q) ** 3)))(q)).all()
 
 
 def test_no_closed_field_is_nearer_where_the_dual_says_so():
