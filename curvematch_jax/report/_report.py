@@ -12,6 +12,7 @@ from .._progress import Progress
 from ..pictures._colours import PALETTE, UNMATCHED
 from ..retrieval import Matching, SavedMatrix, evaluate, first_difference
 from ..retrieval._files import replacing, writing
+from ..retrieval._matching import DEFAULT
 from ..surface import Mesh, Parts
 from ._limits import Limits
 from ._matrix import packed_matrix
@@ -22,15 +23,17 @@ from ._rankings import Rankings, rankings
 from ._scores import measures_table, precision_recall
 from ._surfaces import packed_surface
 
+_LIMITS = Limits()
+
 
 def report_page(
     saved: SavedMatrix,
     labels: Sequence[str] | None = None,
     parts: Sequence[Parts] | None = None,
     meshes: Mapping[str, Mesh] | None = None,
-    matching: Matching = Matching(),
+    matching: Matching = DEFAULT,
     title: str = "Retrieval report",
-    limits: Limits = Limits(),
+    limits: Limits = _LIMITS,
     progress: Progress = False,
 ) -> str:
     """The report as HTML: one page that needs no other file and no network.
@@ -99,9 +102,7 @@ def write_report(page: str, path: str | os.PathLike[str]) -> None:
         temporary.write_text(page, encoding="utf-8", errors="replace")
 
 
-def _check(
-    saved: SavedMatrix, labels: Sequence[str] | None, parts: Sequence[Parts] | None, matching: Matching
-) -> None:
+def _check(saved: SavedMatrix, labels: Sequence[str] | None, parts: Sequence[Parts] | None, matching: Matching) -> None:
     for what, given in (("labels", labels), ("parts", parts)):
         if given is not None and len(given) != len(saved.names):
             raise ValueError(
@@ -144,7 +145,7 @@ def _missing(labels: object, parts: object, meshes: object) -> list[str]:
     return [sentence for sentence, given in lacks.items() if given is None]
 
 
-def _left_out(found: Rankings, count: int, limits: Limits, surfaces: Mapping[str, object]) -> list[str]:
+def _left_out(found: Rankings, count: int, limits: Limits, surfaces: Mapping[str, Mapping[str, object]]) -> list[str]:
     """What the limits left out."""
     queries, ranked = found.ranked.shape
     sentences = []
@@ -164,4 +165,7 @@ def _left_out(found: Rankings, count: int, limits: Limits, surfaces: Mapping[str
             f"{len(surfaces)} of {count} objects are drawn, decimated to about {limits.vertices} vertices and rounded "
             "to 1/65,535 of their size; level curves are thinned.",
         ]
+    bare = sum(not surface["faces"] for surface in surfaces.values())
+    if bare:
+        sentences.append(f"{bare} of those drawn have no mesh here: they are drawn as level curves.")
     return sentences

@@ -21,9 +21,7 @@ _LEFT, _TOP, _WIDTH, _HEIGHT = 46, 12, 340, 250
 
 def measures_table(scores: Scores) -> str:
     """A row for all queries, then one a class."""
-    heads = "".join(
-        f'<th scope="col"><abbr title="{title}">{short}</abbr></th>' for short, title in _MEASURES.values()
-    )
+    heads = "".join(f'<th scope="col"><abbr title="{title}">{short}</abbr></th>' for short, title in _MEASURES.values())
     rows = [_row("all queries", {name: getattr(scores, name) for name in _MEASURES}, "all")]
     rows += [_row(name, values, "") for name, values in scores.by_class().items()]
     return (
