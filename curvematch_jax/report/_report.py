@@ -153,7 +153,7 @@ def _left_out(found: Rankings, count: int, limits: Limits, surfaces: Mapping[str
         sentences.append(
             f"The matrix of {count} objects is drawn with {limits.cells} cells a side: each is the mean of a block."
         )
-    sentences.append("Values under the pointer are those of 256 steps of colour; rankings have the exact ones.")
+    sentences.append("The matrix has 256 steps of colour; values under the pointer are rounded to them.")
     if queries < count:
         sentences.append(f"Rankings of {queries} of {count} queries are listed, evenly spread over the classes.")
     if ranked < count - 1:

@@ -20,11 +20,12 @@ function choose(query, object) {
 }
 
 const explainedCount = Object.keys(collection.explained).length;
-const note = explainedCount && explainedCount < queries.length
+const note = !pair ? "" : explainedCount && explainedCount < queries.length
   ? "Queries marked ◆ have matched parts on this page." : "Choose an object to see it beside the query.";
 
 document.body.classList.toggle("unlabelled", !labelled);
 byId("pair").hidden = !pair;
+document.querySelector('nav [href="#pair"]').hidden = !pair;
 byId("low").textContent = `${short(collection.matrix.low)} similar`;
 byId("high").textContent = `${short(collection.matrix.high)} different`;
 drawLegend(byId("legend"));

@@ -45,7 +45,7 @@ class Matrix {
   // Zoom around a cell, by default the chosen one or the middle.
   zoom(factor, cell) {
     const about = cell || this.cell || { row: this.top + this.span / 2, column: this.left + this.span / 2 };
-    const span = Math.min(this.count, Math.max(Math.min(6, this.count), this.span / factor));
+    const span = Math.min(this.count, Math.max(Math.min(2, this.count), this.span / factor));
     this.left = about.column - ((about.column - this.left) * span) / this.span;
     this.top = about.row - ((about.row - this.top) * span) / this.span;
     this.span = span;
@@ -164,8 +164,10 @@ class Matrix {
 
   blocks(context, margin, side, unit) {
     context.strokeStyle = "rgba(255,255,255,.85)";
-    context.lineWidth = 1;
-    for (const { cell } of this.starts().slice(1, -1)) {
+    const starts = this.starts();
+    // Thin between many classes, whose cells they would hide.
+    context.lineWidth = Math.min(1, Math.max(0.25, (this.count * unit) / starts.length / 16));
+    for (const { cell } of starts.slice(1, -1)) {
       const [x, y] = [margin + (cell - this.left) * unit, margin + (cell - this.top) * unit];
       context.strokeRect(x, margin - 2, 0, side + 4);
       context.strokeRect(margin - 2, y, side + 4, 0);

@@ -49,9 +49,12 @@ class Pair {
     number.style.color = inkOn(colourOf(part));
     number.addEventListener("click", () => this.alone(part));
     head.append(number);
-    row.append(head, cell(other), cell(distance.toFixed(4)), bar(mass), cell(short(this.known.ignorance[part])), cell(short(probability)));
+    row.append(head, cell(other), cell(distance.toFixed(3)), bar(mass, this.most()),
+      cell(this.known.ignorance[part].toPrecision(3)), cell(probability.toPrecision(3)));
     return row;
   }
+
+  most() { return Math.max(...this.known.matches.map(([, , , mass]) => mass), Number.MIN_VALUE); }
 
   // One part, or all again.
   alone(part) {
@@ -66,14 +69,15 @@ function cell(text) {
   return Object.assign(document.createElement("td"), { textContent: text });
 }
 
-function bar(mass) {
+// The bars of a pair compare its parts: the longest is that of the most mass.
+function bar(mass, most) {
   const td = document.createElement("td"), box = document.createElement("div"), track = document.createElement("div");
   const filled = document.createElement("i");
   box.className = "mass";
   track.className = "track";
-  filled.style.width = `${100 * mass}%`;
+  filled.style.width = `${(100 * mass) / most}%`;
   track.append(filled);
-  box.append(track, Object.assign(document.createElement("span"), { textContent: short(mass) }));
+  box.append(track, Object.assign(document.createElement("span"), { textContent: mass.toPrecision(3) }));
   td.append(box);
   return td;
 }

@@ -53,7 +53,7 @@ function seen(positions, turn, scale, size) {
 // tint(part) is [red, green, blue, strength]: of the colour of a part, and how much of it the surface has.
 function drawn(surface, turn, zoom, size, tint) {
   const image = new ImageData(size, size), depth = new Float32Array(size * size).fill(-Infinity);
-  const scale = (0.47 * size * zoom) / surface.radius;
+  const scale = (0.49 * size * zoom) / surface.radius;
   const tints = Array.from({ length: 256 }, (_, part) => tint(part === 255 ? -1 : part));
   fillFaces(surface, seen(surface.vertices, turn, scale, size), turn, size, tints, image.data, depth);
   strokeCurves(surface, seen(surface.curves, turn, scale, size), size, scale, tints, image.data, depth);
