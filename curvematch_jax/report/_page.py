@@ -68,7 +68,7 @@ def _settings(settings: Mapping[str, object]) -> str:
 
 
 def _text(name: str) -> str:
-    return (files(__package__) / "page" / name).read_text(encoding="utf-8")
+    return (files("curvematch_jax.report") / "page" / name).read_text(encoding="utf-8")
 
 
 def _sha256(text: str) -> str:
