@@ -265,7 +265,7 @@ def demo(
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Run the complete pipeline on generated creatures: parts, matrix, measures, a composite query, pictures, a report."""
+    """Run the complete pipeline on generated creatures: parts, matrix, measures, a query, pictures and a report."""
     return run_demo(out, jobs, open, Output(json, quiet))
 
 

@@ -48,7 +48,7 @@ def make_report(
 ) -> int:
     """`curvematch report`: what is not given is left out of the page, which says so.
 
-    Arguments:
+    Args:
         presets: the matching of the matrix is looked for among them.
     """
     saved = load_matrix(matrix)

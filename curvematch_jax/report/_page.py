@@ -27,7 +27,7 @@ def page(
 
     Its content security policy forbids every request, and every script but its own, which it knows by their SHA-256.
 
-    Arguments:
+    Args:
         measures, curve: HTML.
         limits: sentences on what the page leaves out.
         settings: of the matrix.

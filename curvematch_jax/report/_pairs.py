@@ -21,7 +21,7 @@ def explained(
 
     Beliefs are on the other objects: the query itself, which is as near as can be, is left out.
 
-    Arguments:
+    Args:
         parts: (M,) of the collection, extracted with the same settings.
         rows: of each query, the objects that are set beside it; indices into `parts`.
 

@@ -37,7 +37,7 @@ class Rankings(NamedTuple):
 def rankings(matrix: np.ndarray, order: np.ndarray, limits: Limits) -> Rankings:
     """The rankings of a matrix (M, M); of equally dissimilar objects the one of lower index comes first.
 
-    Arguments:
+    Args:
         order: (M,) the objects class by class, along which queries are spread.
     """
     queries = order[spread(len(order), limits.queries)]

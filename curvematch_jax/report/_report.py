@@ -41,7 +41,7 @@ def report_page(
     What is not given is left out, and the page says so: without `labels` the measures and the classes, without `parts`
     the matches and beliefs, without `meshes` the surfaces.
 
-    Arguments:
+    Args:
         saved: the dissimilarity matrix of M objects, as `load_matrix` returns it.
         labels: (M,) classes. Objects of a class come together, classes in alphabetical order.
         parts: (M,) of the objects, in the matrix's order; `StoredParts` reads them one by one from files.

@@ -22,7 +22,7 @@ def packed_surface(parts: Parts | None, mesh: Mesh | None, vertices: int) -> dic
 
     Positions are whole numbers from 0 to 65,535 along each axis of the cube that holds the object.
 
-    Arguments:
+    Args:
         parts: of which level curves are drawn, each where its feature point is the nearest.
         mesh: the surface, in the units of `parts`.
         vertices: larger surfaces are decimated to about so many.
