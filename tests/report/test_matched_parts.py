@@ -55,6 +55,14 @@ def test_both_directions_leave_the_query_out_of_the_belief(parts):
     assert probabilities[0] == max(probabilities)  # The other hand.
 
 
+@pytest.mark.parametrize("matching", [Matching(), Matching(fusion="belief", witnesses=())], ids=lambda m: m.fusion)
+def test_what_has_no_parts_matches_nothing(parts, matching):
+    found = explained([without_parts(parts[0]), *parts[1:]], {0: [1], 1: [0, 2]}, matching)
+    assert found["0"]["ignorance"] == []
+    assert found["0"]["objects"]["1"]["matches"] == found["1"]["objects"]["0"]["matches"] == []
+    assert len(found["1"]["objects"]["2"]["matches"]) == len(parts[1].areas)
+
+
 def test_surfaces_come_back_within_a_step(models, parts):
     mesh = models[0].mesh
     found = packed_surface(parts[0], mesh, vertices=5000)
@@ -86,16 +94,19 @@ def test_large_surfaces_are_decimated(models):
     assert set(decoded(found["part"], "u1")) == {255}
 
 
-def test_an_object_without_parts_is_drawn_without_curves(models, parts):
-    none = dataclasses.replace(
-        parts[0],
+def without_parts(parts):
+    return dataclasses.replace(
+        parts,
         **{
-            name: getattr(parts[0], name)[:0]
+            name: getattr(parts, name)[:0]
             for name in ("curves", "mask", "lengths", "fronts", "centres", "areas", "points")
         },
         between=np.zeros((0, 0), np.float32),
     )
-    found = packed_surface(none, models[0].mesh, vertices=5000)
+
+
+def test_an_object_without_parts_is_drawn_without_curves(models, parts):
+    found = packed_surface(without_parts(parts[0]), models[0].mesh, vertices=5000)
     assert found["curves"] == found["points"] == ""
     assert len(found["vertices"]) > 0
 

@@ -13,7 +13,7 @@ class Pair {
     const facts = [`${titled(query)} and ${titled(object)}`];
     if (value) facts.push(`dissimilarity ${short(value.value)}`);
     if (known) facts.push(`probability ${short(known.probability)} after combination, conflict ${short(known.conflict)}, ignorance ${short(known.open)}`);
-    else facts.push("the matches of this pair are not on this page");
+    else facts.push("its matched parts are not on this page (see About this page)");
     document.getElementById("pair-facts").textContent = `${facts.join("; ")}.`;
     for (const [side, j, role] of [["left", query, "query"], ["right", object, "object"]]) {
       document.getElementById(`${side}-name`).textContent = `${role}: ${titled(j)}` + (surfaceOf(j) ? "" : " (not drawn on this page)");

@@ -117,6 +117,7 @@ function label(context, mark, size) {
 // A small picture without labels; every part in its own colour is too much at this size.
 function thumbnail(canvas, surface) {
   const size = (canvas.width = canvas.height = 200);
-  const { image } = drawn(surface, FIRST_TURN, 1, size, () => [110, 130, 150, surface.faces.length ? 0.35 : 1]);
-  canvas.getContext("2d").putImageData(image, 0, 0);
+  const tint = () => [110, 130, 150, surface.faces.length ? 0.35 : 1];
+  surface.small ??= drawn(surface, FIRST_TURN, 1, size, tint).image;
+  canvas.getContext("2d").putImageData(surface.small, 0, 0);
 }
