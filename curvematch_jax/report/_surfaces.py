@@ -12,7 +12,7 @@ from ..surface import Mesh, Parts
 from ..surface._prep import decimate
 from ._packed import packed
 
-# Every third level curve and every fourth of its samples are drawn.
+# Every third level curve is drawn on a mesh, and every fourth of its samples; without a mesh every curve.
 _LEVEL_STEP, _SAMPLE_STEP = 3, 4
 _STEPS = 65535
 
@@ -31,7 +31,7 @@ def packed_surface(parts: Parts | None, mesh: Mesh | None, vertices: int) -> dic
         ImportError: for a surface that needs decimation, without the extra `prep`.
     """
     points, faces = _decimated(mesh, vertices)
-    pieces, owners, features = _curves(parts)
+    pieces, owners, features = _curves(parts, _LEVEL_STEP if mesh is not None else 1)
     everything = np.concatenate([points, pieces.reshape(-1, 3), features])
     low = everything.min(axis=0) if len(everything) else np.zeros(3)
     extent = np.ptp(everything, axis=0) if len(everything) else np.ones(3)
@@ -65,11 +65,11 @@ def _decimated(mesh: Mesh | None, vertices: int) -> tuple[np.ndarray, np.ndarray
     return points[: _STEPS + 1], faces[kept]
 
 
-def _curves(parts: Parts | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _curves(parts: Parts | None, level_step: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Ends of pieces of level curves (s, 2, 3), the part of each (s,), and the feature points (P, 3)."""
     if parts is None or not len(parts.areas):
         return np.zeros((0, 2, 3)), np.zeros(0, int), np.zeros((0, 3))
-    drawn = np.arange(parts.mask.shape[1]) % _LEVEL_STEP == 0
+    drawn = np.arange(parts.mask.shape[1]) % level_step == 0
     thinned = dataclasses.replace(parts, curves=parts.curves[..., ::_SAMPLE_STEP], mask=parts.mask & drawn)
     found = strokes(thinned)
     own = found.beyond <= 0

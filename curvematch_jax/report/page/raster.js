@@ -92,12 +92,15 @@ function fillTriangle(i, j, k, at, shown, size, pixels, depth) {
   if (!area) return;
   const left = Math.max(0, Math.ceil(Math.min(ax, bx, cx))), right = Math.min(size - 1, Math.floor(Math.max(ax, bx, cx)));
   const top = Math.max(0, Math.ceil(Math.min(ay, by, cy))), bottom = Math.min(size - 1, Math.floor(Math.max(ay, by, cy)));
+  const [az, bz, cz] = [at[3 * i + 2], at[3 * j + 2], at[3 * k + 2]];
+  // Barycentric coordinates change by the same from pixel to pixel.
+  const du = (by - cy) / area, dv = (cy - ay) / area;
   for (let y = top; y <= bottom; y++) {
-    for (let x = left; x <= right; x++) {
-      const u = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / area, v = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / area;
+    let u = ((bx - left) * (cy - y) - (by - y) * (cx - left)) / area, v = ((cx - left) * (ay - y) - (cy - y) * (ax - left)) / area;
+    for (let x = left; x <= right; x++, u += du, v += dv) {
       const w = 1 - u - v;
       if (u < 0 || v < 0 || w < 0) continue;
-      const z = u * at[3 * i + 2] + v * at[3 * j + 2] + w * at[3 * k + 2], p = y * size + x;
+      const z = u * az + v * bz + w * cz, p = y * size + x;
       if (z <= depth[p]) continue;
       depth[p] = z;
       for (let c = 0; c < 3; c++) pixels[4 * p + c] = u * shown[3 * i + c] + v * shown[3 * j + c] + w * shown[3 * k + c];
