@@ -122,9 +122,9 @@ def on_surface() -> dict[str, Any]:
 
 def cpu_timed(call: Callable[[], T], runs: int = 1) -> tuple[T, float]:
     """The result of a call, and the least CPU seconds of a few."""
-    seconds = []
+    results, seconds = [], []
     for _ in range(runs):
         start = time.process_time()
-        result = call()
+        results.append(call())
         seconds.append(time.process_time() - start)
-    return result, min(seconds)  # pyright: ignore[reportPossiblyUnboundVariable]
+    return results[-1], min(seconds)
