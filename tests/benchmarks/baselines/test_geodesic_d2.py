@@ -28,5 +28,5 @@ def test_bending_and_scale_hardly_matter():
     geodesic, euclidean = (
         method.compare([method.describe(straight)], [method.describe(bent)])[0, 0] for method in (geodesic_d2, d2)
     )
-    assert geodesic < 0.1  # nearly isometric, and from 256 sources
+    assert geodesic < 0.08  # nearly isometric: exact distances give .073
     assert euclidean > 1.5 * geodesic
