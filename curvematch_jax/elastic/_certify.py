@@ -36,4 +36,4 @@ def _carried(table: CurveTable, warp: Float[Array, "b nodes"], nodes: int) -> Fl
     step = jnp.maximum(jnp.diff(warp, axis=1), 0)
     place = jnp.concatenate([warp[:, :-1] + (node + 0.5) / nodes * step for node in range(nodes)], axis=1)
     root = jnp.tile(jnp.sqrt(step * step.shape[1]), nodes)
-    return fusion_barrier(lambda: periodic(table.srvf, table.count, place)[0] * root[None], table.count[0] > 0)
+    return fusion_barrier(lambda: periodic(table.srvf, table.count, place) * root[None], table.count[0] > 0)

@@ -1,4 +1,4 @@
-"""One function over many tasks in worker processes, where a task that fails or kills its worker costs itself alone."""
+"""One function over many tasks in worker processes: a task that kills its worker does not affect the others."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def in_processes(
     On Linux a worker has its share of the memory, so that a task for which that is too little fails before the system
     runs out of memory; and workers die with the process that has started them.
 
-    Arguments:
+    Args:
         function: importable by name, as its name is what the workers are given.
         tasks: anything that can be pickled.
         jobs: how many workers, at least 1.

@@ -49,7 +49,7 @@ def compared(one: range, other: range) -> np.ndarray:
 def block_distances(first: Sequence[Parts], second: Sequence[Parts], wanted: np.ndarray, matching: Matching) -> Block:
     """Distances of parts to objects of two blocks, both ways (equation 5).
 
-    Arguments:
+    Args:
         wanted: (M1, M2) bool, the objects to compare.
     """
     forward, backward = nearest(stack(first, matching.unit), stack(second, matching.unit), wanted, matching)

@@ -27,7 +27,7 @@ _PARTS_AT_ONCE = 256
 
 @dataclass(frozen=True, eq=False)
 class Collection:
-    """M objects made ready for many queries, by `Collection.of` or `Collection.open`.
+    """M objects prepared for many queries, by `Collection.of` or `Collection.open`.
 
     It holds what comparisons need and not the parts themselves: some 120 KB for an object of 7 parts.
 
@@ -58,12 +58,12 @@ class Collection:
 
     @classmethod
     def of(cls, parts: Iterable[Parts], matching: Matching = DEFAULT, progress: Progress = False) -> Collection:
-        """Make objects ready for queries.
+        """Prepare objects for queries.
 
         With `fusion="cohort"` every object is compared with a cohort of at most 256 of them, and at least 32: of many
         thousands of objects that takes minutes, so that `save` is worth its while.
 
-        Arguments:
+        Args:
             parts: at least one object, extracted with the same settings; taken one by one, so that a generator that
                 loads files never has them all in memory.
             matching: that of the queries.
@@ -111,7 +111,7 @@ class Collection:
         return self._joined(self.judging(parts, progress))
 
     def judging(self, parts: Iterable[Parts], progress: Progress = False) -> Collection:
-        """Objects by themselves, in the eyes of this collection's cohort; raises as `added`."""
+        """Other objects, compared with this collection's cohort; raises as `added`."""
         new = Collection.gathered(parts, self.matching)
         new.require_extraction(self.extraction)
         return new if self.cohort is None else new._judged(self, progress)
@@ -162,7 +162,7 @@ class Collection:
     def distances_to(self, members: Collection, same: np.ndarray | None = None) -> np.ndarray:
         """Distances (S, M, C) of every source to the members of a cohort.
 
-        Arguments:
+        Args:
             same: (M, C) bool, pairs that are not compared, NaN; by default those of an object with itself or a twin.
         """
         same = own(self.fingerprints, members.fingerprints) if same is None else same
@@ -183,7 +183,7 @@ class Collection:
         different = first_difference(self.matching, matching)
         if different and (matching.mutual or different.name in ("aligner", "unit")):
             raise ValueError(
-                f"the collection was made ready for {different.name} = {different.one!r}, and the matching has "
+                f"the collection was prepared for {different.name} = {different.one!r}, and the matching has "
                 f"{different.name} = {different.other!r}: give Collection.of the matching of the queries"
             )
 

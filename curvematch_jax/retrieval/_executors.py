@@ -76,7 +76,9 @@ def on_cluster(client: Client, function: Callable[..., Any], tasks: Tasks) -> It
                 try:
                     yield key, future.result()
                 except KilledWorker as error:
-                    raise RuntimeError(f"several workers died over block {key}: have they memory enough?") from error
+                    raise RuntimeError(
+                        f"several workers died while computing block {key}: give them more memory"
+                    ) from error
     finally:
         client.cancel(list(running))
 

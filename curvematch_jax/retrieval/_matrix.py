@@ -34,7 +34,7 @@ def dissimilarity_matrix(
 ) -> np.ndarray:
     """Dissimilarities of all pairs of objects.
 
-    By default entry i, j is what both objects say of each other in the eyes of a cohort of the collection (see
+    By default entry i, j combines both directions, relative to a cohort of the collection (see
     `_cohort.py`): symmetric, in [0, 1], and comparable anywhere in the matrix, as `metric="precomputed"` in
     scikit-learn wants it. With the other fusions, as in `Matching.partial()` and `Matching.paper()`, row i is what
     `rank(parts[i], the others)` gives: dissimilarities of one row compare, and those of two rows do not.
@@ -42,7 +42,7 @@ def dissimilarity_matrix(
     Part distances are symmetric, so every pair of parts is compared once and serves both. Pairs are compared in
     blocks, of which only the distances of parts to objects are kept, 4 bytes each, or with `store` nothing.
 
-    Arguments:
+    Args:
         parts: M objects, extracted with the same settings.
         matching: how parts are compared and joined.
         progress: `True` for a bar on stderr, or a function of `(done, total)` part pairs.
@@ -77,7 +77,7 @@ def build_matrix(
     are there, and only their distances are computed. The cohort stays as it was once it has 32 members, so that new
     objects change no dissimilarity of the others.
 
-    Arguments:
+    Args:
         parts: as `dissimilarity_matrix`; a lazy sequence, such as `StoredParts`, keeps memory flat.
         block: of one store always the same.
 
@@ -98,7 +98,7 @@ def _filled(
 ) -> tuple[MatrixTable, list[int]]:
     """The table with everything in it, in memory or at a path, and where in it each of the objects is."""
     if not isinstance(block, int) or block < 1:
-        raise ValueError(f"block must be a whole number, 1 or more, and was {block!r}")
+        raise ValueError(f"block must be a whole number, 1 or more, found {block!r}")
     objects = Objects.of(parts, matching)
     with nullcontext() if path is None else locked(Path(path)):
         if path is None:

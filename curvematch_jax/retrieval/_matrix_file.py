@@ -106,8 +106,8 @@ def load_matrix(path: str | os.PathLike[str]) -> SavedMatrix:
     if not attributes["complete"]:
         status = matrix_status(path)
         raise ValueError(
-            f"{path}: not finished, {status.done} of {status.done + status.left} blocks are there: "
-            "give the command that made it again"
+            f"{path}: the matrix is not finished, {status.done} of {status.done + status.left} blocks are done: "
+            "run the command that made it again"
         )
     names = tuple(attributes["names"])
     try:
@@ -159,7 +159,7 @@ def distinct_names(paths: Sequence[str | os.PathLike[str]], least: int | Sequenc
     A file's own name if no other file has it; with as many of its folders as it takes if another does. The same file
     given again gets `#2`, `#3`.
 
-    Arguments:
+    Args:
         least: how many pieces of the path a name has at least, for all or for each.
     """
     whole = [Path(path).resolve().parts for path in paths]
@@ -202,12 +202,12 @@ def matrix_attributes(path: Path) -> dict[str, Any]:
         raise ValueError(f"{path}: not a curvematch matrix")
     if attributes["curvematch_matrix"] != MATRIX_FORMAT:
         raise ValueError(
-            f"{path}: a matrix of format {attributes['curvematch_matrix']}, and this version reads {MATRIX_FORMAT}: "
-            "make it again"
+            f"{path}: the matrix has format {attributes['curvematch_matrix']}, but this version reads format "
+            f"{MATRIX_FORMAT}: compute it again"
         )
     missing = _KINDS.keys() - attributes.keys()
     if missing:
-        raise ValueError(f"{path}: not a whole curvematch matrix: it lacks {', '.join(sorted(missing))}")
+        raise ValueError(f"{path}: an incomplete curvematch matrix: it lacks {', '.join(sorted(missing))}")
     for name, kind in _KINDS.items():
         value = attributes[name]
         texts = value if kind is list else []

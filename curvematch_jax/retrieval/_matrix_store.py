@@ -66,7 +66,7 @@ class MatrixStore(MatrixTable):
         self.path = path
         self.attributes = matrix_attributes(path)
         if "sizes" not in self.attributes:
-            raise ValueError(f"{path}: a matrix that was saved whole can't be gone on with: choose another place")
+            raise ValueError(f"{path}: a matrix written by save_matrix cannot be extended: choose another place")
         self._group = zarr.open_group(path, mode="r+")
         self._open()
 

@@ -21,7 +21,7 @@ def row_maker(
 ) -> Callable[[range], np.ndarray]:
     """What makes rows (B, M) of a run of B objects.
 
-    Arguments:
+    Args:
         read: the distances, 0 of an object's parts to itself.
         members: of the cohort.
     """

@@ -57,7 +57,7 @@ def test_status(parts, tmp_path, capsys):
     assert run(["matrix", "--out", str(tmp_path / "none.zarr"), "--status"]) == 2
     assert "no such matrix" in capsys.readouterr().err
     assert run(["matrix", "--out", str(out)]) == 2
-    assert "meshes or parts are needed" in capsys.readouterr().err
+    assert "give meshes or parts" in capsys.readouterr().err
 
 
 def test_other_settings_are_refused(parts, tmp_path, capsys):
