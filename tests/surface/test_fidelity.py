@@ -157,7 +157,7 @@ def test_parts_far_from_the_origin_are_the_parts_moved(mesh, place):
     assert there.diameter == pytest.approx(here.diameter, rel=1e-4)
 
 
-@pytest.mark.parametrize("height", [0.5, 20, 100])
+@pytest.mark.parametrize("height", [0.5, 20, pytest.param(100, marks=pytest.mark.slow)])
 def test_a_rod_is_as_long_as_it_is_whatever_its_triangles(height):
     for sections in (5, 16, 48):
         made = trimesh.creation.cylinder(1, height, sections=sections)
