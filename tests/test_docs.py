@@ -11,6 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+COMPILED = {"engine.md", "statistics.md"}  # pages whose snippets compile for minutes
 
 
 def blocks(page, language):
@@ -26,7 +27,14 @@ def run(command, folder):
     return done.stdout
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "python")], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, id=page.name, marks=[pytest.mark.slow] if page.name in COMPILED else [])
+        for page in PAGES
+        if blocks(page, "python")
+    ],
+)
 def test_snippets_run_one_after_the_other(page, tmp_path):
     pytest.importorskip("manifold3d")
     script = tmp_path / "snippets.py"

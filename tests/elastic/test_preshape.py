@@ -181,6 +181,7 @@ def test_the_gradient_of_projection_by_finite_differences():
         np.testing.assert_allclose(slope, difference, rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_the_gradient_where_closed_gently_and_second_derivatives_by_finite_differences():
     with x64():
         fields = jnp.asarray(far_fields(3)[[10, 45, 70, 130, 200]])
