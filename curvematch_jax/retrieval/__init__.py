@@ -10,7 +10,7 @@ from ._matrix_file import MatrixStatus, SavedMatrix, distinct_names, load_matrix
 from ._parts_file import StoredParts, fingerprint, load_collection, load_parts, save_parts, source_key, stored_source
 from ._ranking import Match, Ranking, rank
 from ._rerank import RERANKED, rerank, reranked
-from ._settings import first_difference, run_settings
+from ._settings import require_same, run_settings
 from ._symmetry import symmetric_parts
 
 __all__ = [
@@ -32,7 +32,6 @@ __all__ = [
     "evaluate",
     "evaluate_graded",
     "fingerprint",
-    "first_difference",
     "is_index",
     "load_collection",
     "load_matrix",
@@ -40,6 +39,7 @@ __all__ = [
     "matrix_status",
     "rank",
     "remove_leftovers",
+    "require_same",
     "rerank",
     "reranked",
     "run_settings",

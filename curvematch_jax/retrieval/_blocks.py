@@ -1,4 +1,4 @@
-"""The all-pairs work in blocks: pure functions that memory, a store and a cluster call alike."""
+"""The all-pairs work in blocks of objects: what there is to do, and the function that does it anywhere."""
 
 from __future__ import annotations
 
@@ -33,7 +33,11 @@ class Grid(NamedTuple):
     @property
     def ranges(self) -> list[range]:
         """The objects of each block."""
-        return [range(k, min(k + self.block, self.objects)) for k in range(0, self.objects, self.block)]
+        return [self.range(k) for k in range(-(-self.objects // self.block))]
+
+    def range(self, k: int) -> range:
+        """The objects of a block."""
+        return range(k * self.block, min((k + 1) * self.block, self.objects))
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
@@ -52,9 +56,5 @@ def block_distances(first: Sequence[Parts], second: Sequence[Parts], wanted: np.
     Arguments:
         wanted: (M1, M2) bool, the objects to compare.
     """
-    forward, backward = nearest(stack(first, matching.unit), stack(second, matching.unit), wanted, matching)
-    return Block(_float(forward.distance), _float(backward.distance))
-
-
-def _float(distances: np.ndarray) -> np.ndarray:
-    return np.where(np.isfinite(distances), distances, np.nan).astype(np.float32)
+    found = nearest(stack(first, matching.unit), stack(second, matching.unit), wanted, matching)
+    return Block(*(np.where(np.isfinite(each.distance), each.distance, np.nan).astype(np.float32) for each in found))

@@ -38,7 +38,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[None]:
+def writing(path: Path | None) -> Iterator[None]:
     """Says in one sentence that there is no room, or no permission, where something was to be written: `ValueError`."""
     try:
         yield

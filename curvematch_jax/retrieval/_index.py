@@ -26,7 +26,7 @@ from ._collection import Collection
 from ._files import locked, remove_leftovers, replacing, writing
 from ._matching import DEFAULT, Matching
 from ._objects import Objects, places
-from ._settings import first_difference, run_settings
+from ._settings import require_same, run_settings
 from ._stack import Stack
 
 INDEX_FORMAT = 1
@@ -67,7 +67,7 @@ def build_index(
         return len(found.names)
     there = read_index(path, matching)
     objects = Objects.of(parts, dataclasses.replace(matching, witnesses=()))
-    _, added = places(path, there.names, there.fingerprints, objects)
+    _, added = places(path, there.names, there.objects.fingerprints, objects)
     if added:
         new = [parts[k] for k in added]
         if there.cohort is not None and len(there.cohort.members) < LEAST:  # It grows, and all depends on it.
@@ -97,12 +97,9 @@ def read_index(path: str | os.PathLike[str], matching: Matching) -> Collection:
     """An index mapped into memory; raises as `Collection.open`."""
     path = Path(path)
     table = _read_table(path)
-    different = first_difference(table["settings"]["matching"], matching)
-    if different:
-        raise ValueError(
-            f"{path}: the index was made for {different.name} = {different.one!r}, and {different.name} = "
-            f"{different.other!r} was asked for: use the preset that it was made with, or make another one"
-        )
+    what = (f"{path}: the index was made", "and is asked")
+    remedy = "use the preset that it was made with, or make another one"
+    require_same(table["settings"]["matching"], matching, what, remedy)
     try:
         return _collection(path, table, matching)
     except (KeyError, TypeError, ValueError, OSError) as error:
@@ -147,12 +144,12 @@ def _append(folder: Path, table: dict[str, Any] | None, new: Collection) -> None
         arrays[name] = kept
     written = {
         "curvematch_index": INDEX_FORMAT,
-        "settings": run_settings(new.extraction, new.matching),
+        "settings": run_settings(new.objects.extraction, new.matching),
         "cohort": None if new.cohort is None else {name: getattr(new.cohort, name).tolist() for name in _COHORT},
         "dimension": new.stack.curves.dimension if isinstance(new.stack.curves, Tables) else None,
         "arrays": arrays,
-        "names": [*(table["names"] if table else ()), *new.names],
-        "fingerprints": [*(table["fingerprints"] if table else ()), *new.fingerprints],
+        "names": [*(table["names"] if table else ()), *new.objects.names],
+        "fingerprints": [*(table["fingerprints"] if table else ()), *new.objects.fingerprints],
     }
     with replacing(folder / _TABLE) as temporary:
         temporary.write_text(json.dumps(written), encoding="utf-8")
@@ -167,7 +164,7 @@ def _arrays(new: Collection, curves: int) -> dict[str, np.ndarray]:
         "log_lengths": stack.log_lengths,
         "log_fronts": stack.log_fronts,
         "log_units": stack.log_units,
-        "areas": new.areas,
+        "areas": new.objects.areas,
     }
     if isinstance(stack.curves, Tables):
         arrays |= {"tangents": stack.curves.curves.tangents, "keys": stack.curves.keys}
@@ -177,7 +174,7 @@ def _arrays(new: Collection, curves: int) -> dict[str, np.ndarray]:
         arrays["signatures"] = new.signatures
     if new.moments is not None:
         arrays["moments"] = np.moveaxis(new.moments, 1, 0)
-    arrays |= {f"witness_{name}": rows for name, rows in new.descriptors.items()}
+    arrays |= {f"witness_{name}": rows for name, rows in new.objects.descriptors.items()}
     little = {name: np.ascontiguousarray(rows) for name, rows in arrays.items()}
     return {name: rows.astype(rows.dtype.newbyteorder("<"), copy=False) for name, rows in little.items()}
 
@@ -199,14 +196,18 @@ def _collection(path: Path, table: Mapping[str, Any], matching: Matching) -> Col
     kept, cohort = table["cohort"], None
     if kept is not None:
         cohort = Cohort(*(np.array(kept[name], np.int64 if name == "members" else np.float64) for name in _COHORT))
-    return Collection(
+    objects = Objects(
+        extraction=Extraction(**table["settings"]["extraction"]),
         names=tuple(table["names"]),
         fingerprints=tuple(table["fingerprints"]),
-        stack=Stack(curves, rows, arrays["log_lengths"], arrays["log_fronts"], arrays["log_units"], starts),
         areas=arrays["areas"],
-        signatures=arrays.get("signatures"),
+        counts=np.asarray(arrays["sizes"]),
         descriptors={witness.name: arrays[f"witness_{witness.name}"] for witness in matching.witnesses},
-        extraction=Extraction(**table["settings"]["extraction"]),
+    )
+    return Collection(
+        objects=objects,
+        stack=Stack(curves, rows, arrays["log_lengths"], arrays["log_fronts"], arrays["log_units"], starts),
+        signatures=arrays.get("signatures"),
         matching=matching,
         cohort=cohort,
         moments=np.moveaxis(arrays["moments"], 0, 1) if "moments" in arrays else None,

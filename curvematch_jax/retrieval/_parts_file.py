@@ -100,7 +100,7 @@ def load_collection(paths: Iterable[str | os.PathLike[str]]) -> list[Parts]:
         ValueError: as `load_parts`, and when two files were made with different settings, naming the setting.
     """
     collection = [load_parts(path) for path in paths]
-    require_same_extraction(collection)
+    require_same_extraction([(parts.name, parts.settings) for parts in collection])
     return collection
 
 

@@ -147,7 +147,9 @@ def rank(
     ready = collection if isinstance(collection, Collection) else Collection.of(collection, matching)
     asked = Collection.gathered([query], matching)
     ready.require(asked, matching)
-    listed = ~own(ready.fingerprints, asked.fingerprints)[:, 0] if exclude_self else np.ones(len(ready.names), bool)
+    listed = np.ones(len(ready.names), bool)
+    if exclude_self:
+        listed = ~own(ready.objects.fingerprints, asked.objects.fingerprints)[:, 0]
     score, judged = _judge(asked, ready, query.areas, matching)
     stacked = time.perf_counter()
     search = Search.begin(asked, ready, matching)
@@ -209,7 +211,7 @@ def _judge(
     assert cohort is not None
     assert moments is not None
     own_moments = cohort.moments(asked.distances_to(ready.members))
-    witnesses = witness_distances(asked.descriptors, ready.descriptors, matching)
+    witnesses = witness_distances(asked.objects.descriptors, ready.objects.descriptors, matching)
     known = present if len(areas) else np.zeros_like(present)
 
     def said(search: Search) -> np.ndarray:

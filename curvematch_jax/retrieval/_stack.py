@@ -77,7 +77,7 @@ def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
     """
     if not collection:
         raise ValueError("the collection is empty: at least one object is needed")
-    require_same_extraction(collection)
+    require_same_extraction([(parts.name, parts.settings) for parts in collection])
     mask = unbroken(np.concatenate([parts.mask for parts in collection]))
     rows = np.full(mask.shape, -1)
     rows[mask] = np.arange(mask.sum())

@@ -122,9 +122,9 @@ def test_an_object_that_was_only_bounded_is_not_explained(objects):
 
 def test_what_a_collection_is_not_ready_for_is_refused(objects, make_parts):
     ready = Collection.of(objects[:2])
-    with pytest.raises(ValueError, match="ready for unit = 'area', and the matching has unit = 'diameter'"):
+    with pytest.raises(ValueError, match="with unit = 'area', and this one comes with unit = 'diameter'"):
         rank(objects[0], ready, Matching(unit="diameter"))
-    with pytest.raises(ValueError, match="ready for aligner"):
+    with pytest.raises(ValueError, match="ready for queries with aligner"):
         rank(objects[0], ready, Matching.elastic())
     other = make_parts("other", settings=Extraction(levels=3, samples=32, epsilon=0.07))
     with pytest.raises(ValueError, match=r"epsilon = 0\.07"):

@@ -153,7 +153,11 @@ def test_other_inputs_and_settings_are_refused_by_name(collection, make_parts, t
     for parts, settings, message in (
         (collection[:-1], SETTINGS, "o10 is not among those given"),
         (changed, SETTINGS, "the parts of o3 have changed"),
-        (collection, dataclasses.replace(SETTINGS, missing=0.7), r"missing = 0\.6, and missing = 0\.7 was asked for"),
+        (
+            collection,
+            dataclasses.replace(SETTINGS, missing=0.7),
+            r"missing = 0\.6, and is asked for with missing = 0\.7",
+        ),
     ):
         with pytest.raises(ValueError, match=message):
             build_matrix(parts, path, settings)
