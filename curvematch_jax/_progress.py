@@ -12,7 +12,7 @@ Progress: TypeAlias = bool | Report
 def reporter(progress: Progress, label: str, unit: str) -> Report:
     """What to call with `(done, total)` as the work goes on.
 
-    Arguments:
+    Args:
         progress: `False` reports nothing, `True` shows a bar with its rate on stderr, and a callable is
             called with `(done, total)` itself.
         label: what is being done, shown before the bar.

@@ -41,7 +41,7 @@ def masses(distance: np.ndarray, significance: np.ndarray) -> tuple[np.ndarray, 
     `m_i({O_j}) = mu_i (1 - D_ij) / sum_l (1 - D_il)` and `m_i(frame) = 1 - mu_i`. A part as far as can be from every
     object says nothing: all its mass is on the frame.
 
-    Arguments:
+    Args:
         distance: (N, M) distance of each of N parts to each object, in [0, 1].
         significance: (N,) in [0, 1].
 
@@ -72,7 +72,7 @@ def odds_masses(exponents: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     `log1p(a_ij / o_i) = x_ij`: the evidence for an object is the sum over the parts of `x_ij`, so that the order of
     two objects does not depend on which others there are. Under equation 4 it does.
 
-    Arguments:
+    Args:
         exponents: (N, M), 0 or more; 0 where a part has nothing in common with an object.
 
     Returns:
@@ -98,7 +98,7 @@ def combine(singletons: np.ndarray, frame: np.ndarray) -> Belief:
     Everything is computed in logarithms, where neither many parts nor sure ones overflow.
     Parts that contradict each other completely leave no belief at all: conflict 1, and equal probabilities.
 
-    Arguments:
+    Args:
         singletons: (N, M) masses on the objects, N >= 0, M >= 1.
         frame: (N,) masses on the whole frame.
 

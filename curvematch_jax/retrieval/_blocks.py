@@ -17,6 +17,15 @@ from ._stack import stack
 BLOCK = 32
 
 
+class Task(NamedTuple):
+    """Two blocks of M1 and M2 objects that are to be compared."""
+
+    first: Sequence[Parts]
+    second: Sequence[Parts]
+    wanted: np.ndarray  # (M1, M2) bool, the objects to compare
+    matching: Matching
+
+
 class Block(NamedTuple):
     """Distances between two runs of M1 and M2 objects with P1 and P2 parts; NaN for objects not compared."""
 
@@ -50,11 +59,8 @@ def compared(one: range, other: range) -> np.ndarray:
     return np.asarray(one)[:, None] < np.asarray(other)
 
 
-def block_distances(first: Sequence[Parts], second: Sequence[Parts], wanted: np.ndarray, matching: Matching) -> Block:
-    """Distances of parts to objects of two blocks, both ways (equation 5).
-
-    Arguments:
-        wanted: (M1, M2) bool, the objects to compare.
-    """
+def block_distances(task: Task) -> Block:
+    """Distances of parts to objects of two blocks, both ways (equation 5)."""
+    first, second, wanted, matching = task
     found = nearest(stack(first, matching.unit), stack(second, matching.unit), wanted, matching)
     return Block(*(np.where(np.isfinite(each.distance), each.distance, np.nan).astype(np.float32) for each in found))

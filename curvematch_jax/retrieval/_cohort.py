@@ -134,7 +134,7 @@ def witness_distances(first: Descriptors, second: Descriptors, matching: Matchin
 def object_distances(distances: np.ndarray, areas: np.ndarray, starts: np.ndarray, matching: Matching) -> np.ndarray:
     """Mean distances (K, M) of K objects to M, from those of their parts (P, M); NaN for an object without parts.
 
-    Arguments:
+    Args:
         areas: (P,) shares of their object's surface.
         starts: (K + 1,) object k has the parts `starts[k]` to `starts[k + 1]`.
     """

@@ -60,7 +60,7 @@ class Collection:
         With `fusion="cohort"` every object is compared with a cohort of at most 256 of them, and at least 32: of many
         thousands of objects that takes minutes, so that `save` is worth its while.
 
-        Arguments:
+        Args:
             parts: at least one object, extracted with the same settings; taken one by one, so that a generator that
                 loads files never has them all in memory.
             matching: that of the queries.
@@ -137,7 +137,7 @@ class Collection:
     def distances_to(self, members: Collection, same: np.ndarray | None = None) -> np.ndarray:
         """Distances (S, M, C) of every source to the members of a cohort.
 
-        Arguments:
+        Args:
             same: (M, C) bool, pairs that are not compared, NaN; by default those of an object with itself or a twin.
         """
         same = own(self.objects.fingerprints, members.objects.fingerprints) if same is None else same

@@ -31,7 +31,7 @@ class Nearest(NamedTuple):
 def nearest(first: Stack, second: Stack, apart: np.ndarray, matching: Matching) -> tuple[Nearest, Nearest]:
     """Distances of parts to objects, both ways (equation 5): `min over parts of the object`.
 
-    Arguments:
+    Args:
         first, second: M1 objects with P1 parts, and M2 objects with P2 parts.
         apart: (M1, M2) bool, the pairs of objects to compare.
 

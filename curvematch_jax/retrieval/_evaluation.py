@@ -94,7 +94,7 @@ def evaluate(dissimilarity: np.ndarray, labels: Iterable[object]) -> Scores:
 
     Every object is a query against all the others; an object of equal dissimilarity and lower index comes first.
 
-    Arguments:
+    Args:
         dissimilarity: (M, M), rows are queries, smaller is more similar. The diagonal is not used.
         labels: M classes; they are compared as text.
 
@@ -134,7 +134,7 @@ def evaluate(dissimilarity: np.ndarray, labels: Iterable[object]) -> Scores:
 def evaluate_graded(dissimilarity: np.ndarray, grades: np.ndarray) -> GradedScores:
     """Measure rankings whose objects are relevant to a degree, such as those of composite queries.
 
-    Arguments:
+    Args:
         dissimilarity: (Q, M), rows are queries, smaller is more similar. No query is among the M objects.
         grades: (Q, M), gains >= 0: 2 highly relevant, 1 marginally, 0 not.
 

@@ -1,4 +1,4 @@
-"""Files and folders that appear whole or not at all."""
+"""Files and folders that appear whole or not at all, and what is said when they are not."""
 
 from __future__ import annotations
 
@@ -78,6 +78,11 @@ def remove_leftovers(folder: Path) -> None:
     for path in list(folder.rglob(".curvematch-*")):
         if _left_over(path):
             shutil.rmtree(path, ignore_errors=True)
+
+
+def short(error: Exception) -> str:
+    """An error's type and message, which may quote any length of what a file holds."""
+    return f"{type(error).__name__}: {' '.join(str(error).split())[:160]}"
 
 
 def _left_over(path: Path) -> bool:

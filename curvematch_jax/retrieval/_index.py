@@ -23,7 +23,7 @@ from ..elastic._rigid import RigidTable
 from ..surface import Extraction, Parts
 from ._cohort import LEAST, Cohort
 from ._collection import Collection
-from ._files import locked, remove_leftovers, replacing, writing
+from ._files import locked, remove_leftovers, replacing, short, writing
 from ._matching import DEFAULT, Matching
 from ._objects import Objects, places
 from ._settings import require_same, run_settings
@@ -103,9 +103,7 @@ def read_index(path: str | os.PathLike[str], matching: Matching) -> Collection:
     try:
         return _collection(path, table, matching)
     except (KeyError, TypeError, ValueError, OSError) as error:
-        raise ValueError(
-            f"{path}: the index is damaged ({' '.join(str(error).split())[:160]}): make it again"
-        ) from error
+        raise ValueError(f"{path}: the index is damaged ({short(error)}): make it again") from error
 
 
 def _read_table(path: Path) -> dict[str, Any]:
@@ -114,7 +112,7 @@ def _read_table(path: Path) -> dict[str, Any]:
     try:
         table = json.loads((path / _TABLE).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: not a curvematch index ({type(error).__name__})") from error
+        raise ValueError(f"{path}: not a curvematch index ({short(error)})") from error
     if not isinstance(table, dict) or "curvematch_index" not in table:
         raise ValueError(f"{path}: not a curvematch index")
     if table["curvematch_index"] != INDEX_FORMAT:

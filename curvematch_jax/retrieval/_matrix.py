@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools as ft
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
@@ -12,8 +13,8 @@ import numpy as np
 
 from .._progress import Progress, reporter
 from ..surface import Parts
-from ._blocks import BLOCK, block_distances, compared
-from ._executors import executor
+from ._blocks import BLOCK, Task, block_distances, compared
+from ._executors import Executor, here, on_cluster
 from ._files import locked
 from ._matching import DEFAULT, Matching
 from ._matrix_store import MatrixStore, open_matrix
@@ -41,7 +42,7 @@ def dissimilarity_matrix(
     Part distances are symmetric, so every pair of parts is compared once and serves both. Pairs are compared in
     blocks, of which only the distances of parts to objects are kept, 4 bytes each, or with `store` nothing.
 
-    Arguments:
+    Args:
         parts: M objects, extracted with the same settings.
         matching: how parts are compared and joined.
         progress: `True` for a bar on stderr, or a function of `(done, total)` part pairs.
@@ -76,7 +77,7 @@ def build_matrix(
     are there, and only their distances are computed. The cohort stays as it was once it has 32 members, so that new
     objects change no dissimilarity of the others.
 
-    Arguments:
+    Args:
         parts: as `dissimilarity_matrix`; a lazy sequence, such as `StoredParts`, keeps memory flat.
         block: of one store always the same.
 
@@ -103,47 +104,37 @@ def _filled(
     with nullcontext() if place is None else locked(place):
         store, order = open_matrix(place, objects, matching, block)
         inverse = np.argsort(order).tolist()  # Which of the objects given each of the store's is.
-        missing = store.missing()
-        advance = _progress(progress, store, missing)
+        missing, costs = store.missing(), {pair: _cost(store, pair) for pair in store.grid.pairs}
+        total = sum(costs.values())
+        done = total - sum(costs[pair] for pair in missing)
+        report = reporter(progress, "matrix", "pairs")
+        report(done, total)
         tasks = _tasks(lambda i: parts[inverse[i]], store, missing, matching)
-        for key, found in executor(client)(block_distances, tasks):
-            store.put(key[0], key[1], found)
-            advance(key)
+        run: Executor = here if client is None else ft.partial(on_cluster, client)
+        for index, found, failure in run(block_distances, tasks):
+            if failure is not None:
+                raise RuntimeError(f"block {missing[index]} could not be compared: {failure}")
+            store.put(*missing[index], found)
+            done += costs[missing[index]]
+            report(done, total)
         store.finish(objects.taken(inverse), matching, progress)
     return store, order
 
 
 def _tasks(
     load: Callable[[int], Parts], store: MatrixStore, pairs: Sequence[tuple[int, int]], matching: Matching
-) -> Iterator[tuple[tuple[int, int], tuple]]:
-    """The arguments of `block_distances` for each pair of blocks; of a row of blocks the first is read once."""
+) -> Iterator[Task]:
+    """What there is to do for each pair of blocks; of a row of blocks the first is read once."""
     held, first = -1, []
     for one, other in pairs:
-        rows, columns = store.ranges(one, other)
+        rows, columns = store.grid.range(one), store.grid.range(other)
         if one != held:
             held, first = one, [load(i) for i in rows]
         second = first if one == other else [load(j) for j in columns]
-        yield (one, other), (first, second, store.wanted(one, other), matching)
-
-
-def _progress(
-    progress: Progress, store: MatrixStore, missing: Sequence[tuple[int, int]]
-) -> Callable[[tuple[int, int]], None]:
-    """What to call when a pair of blocks is done. Pairs of parts are counted, as time goes with them."""
-    report, costs = reporter(progress, "matrix", "pairs"), {pair: _cost(store, pair) for pair in store.grid.pairs}
-    total = sum(costs.values())
-    done = total - sum(costs[pair] for pair in missing)
-    report(done, total)
-
-    def advance(pair: tuple[int, int]) -> None:
-        nonlocal done
-        done += costs[pair]
-        report(done, total)
-
-    return advance
+        yield Task(first, second, store.wanted(one, other), matching)
 
 
 def _cost(store: MatrixStore, pair: tuple[int, int]) -> int:
-    one, other = store.ranges(*pair)
-    counts = store.counts
-    return int(counts[one.start : one.stop] @ compared(one, other) @ counts[other.start : other.stop])
+    """Pairs of parts in a pair of blocks: time goes with them."""
+    one, other = (store.grid.range(k) for k in pair)
+    return int(store.counts[one] @ compared(one, other) @ store.counts[other])

@@ -31,7 +31,7 @@ _COLUMNS = 1024  # of a chunk of the finished matrix
 def open_matrix(path: Path | None, objects: Objects, matching: Matching, block: int) -> tuple[MatrixStore, list[int]]:
     """The store of these objects, made or made larger as needed, and where in it each of the objects is.
 
-    Arguments:
+    Args:
         path: None for a store in memory.
 
     Raises:
@@ -48,8 +48,12 @@ def open_matrix(path: Path | None, objects: Objects, matching: Matching, block: 
             with writing(path), replacing(path) as temporary:
                 _created(temporary, objects, settings, block)
         store = _opened(path)
-    _require_settings(store, {**settings, "blocks": {"block": block}})
-    order, added = places(store.path, store.attributes["names"], store.attributes["fingerprints"], objects)
+    there = store.attributes
+    known = {**there["settings"], "blocks": {"block": there["block"]}}
+    for kind, given in {**settings, "blocks": {"block": block}}.items():
+        what = (f"{path}: was made", "and is asked for")
+        require_same(known[kind], given, what, "use the same settings, or choose another place")
+    order, added = places(path, there["names"], there["fingerprints"], objects)
     store.grow(objects.taken(added))
     return store, order
 
@@ -104,17 +108,13 @@ class MatrixStore:
 
     def wanted(self, one: int, other: int) -> np.ndarray:
         """Which objects of two blocks have still to be compared, bool."""
-        rows, columns = self.ranges(one, other)
+        rows, columns = self.grid.range(one), self.grid.range(other)
         forward, backward = self._cells(rows, columns)[:, 0], self._cells(columns, rows)[:, 0].T
         return compared(rows, columns) & (np.isnan(forward) | np.isnan(backward))
 
-    def ranges(self, one: int, other: int) -> tuple[range, range]:
-        """The objects of two blocks."""
-        return self.grid.range(one), self.grid.range(other)
-
     def put(self, one: int, other: int, block: Block) -> None:
         """Keep what was computed of a pair of blocks."""
-        rows, columns = self.ranges(one, other)
+        rows, columns = self.grid.range(one), self.grid.range(other)
         forward, backward = self._padded(rows, block.forward), self._padded(columns, block.backward)
         if one == other:
             forward = np.where(np.isnan(forward), backward, forward)
@@ -179,13 +179,6 @@ def _opened(path: Path) -> MatrixStore:
     for leftover in path.rglob("*.partial"):  # What zarr was writing when the process was killed.
         leftover.unlink()
     return MatrixStore(zarr.open_group(path, mode="r+"), path)
-
-
-def _require_settings(store: MatrixStore, given: Mapping[str, Any]) -> None:
-    there = {**store.attributes["settings"], "blocks": {"block": store.attributes["block"]}}
-    for kind in given:
-        what = (f"{store.path}: was made", "and is asked for")
-        require_same(there[kind], given[kind], what, "use the same settings, or choose another place")
 
 
 def _created(place: Any, objects: Objects, settings: Mapping[str, Any], block: int) -> Any:

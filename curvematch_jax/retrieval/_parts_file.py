@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from ..surface import Extraction, Parts
-from ._files import replacing
+from ._files import replacing, short
 from ._settings import require_same_extraction
 
 # Also to be raised when extraction gives other parts from the same mesh: the key of a source depends on it.
@@ -72,9 +72,7 @@ def load_parts(path: str | os.PathLike[str]) -> Parts:
     except FileNotFoundError:
         raise
     except Exception as error:  # zipfile and numpy raise what they like, tokenize.TokenError too
-        raise ValueError(
-            f"{path}: not a parts file, or a damaged one ({type(error).__name__}: {_short(error)})"
-        ) from error
+        raise ValueError(f"{path}: not a parts file, or a damaged one ({short(error)})") from error
     if "format" not in fields or fields["format"].size != 1:
         raise ValueError(f"{path}: not a parts file: it has no format number")
     if int(fields["format"]) != PARTS_FORMAT:
@@ -90,7 +88,7 @@ def load_parts(path: str | os.PathLike[str]) -> Parts:
     try:
         return _parts_from(fields)
     except (TypeError, ValueError, RecursionError, SystemError) as error:
-        raise ValueError(f"{path}: not a sound parts file: {_short(error)}") from error
+        raise ValueError(f"{path}: not a sound parts file: {short(error)}") from error
 
 
 def load_collection(paths: Iterable[str | os.PathLike[str]]) -> list[Parts]:
@@ -252,11 +250,6 @@ def _parts_from(fields: Mapping[str, np.ndarray]) -> Parts:
         settings=settings,
         notes=_notes(json.loads(_text(fields, "notes"))),
     )
-
-
-def _short(error: Exception) -> str:
-    """An error's message, which may quote any length of what the file holds."""
-    return " ".join(str(error).split())[:160]
 
 
 def _text(fields: Mapping[str, np.ndarray], name: str) -> str:

@@ -79,7 +79,7 @@ class Ranking:
     def explain(self, j: int) -> tuple[Match, ...]:
         """Which part of the query matched which part of object j, nearest first.
 
-        Arguments:
+        Args:
             j: index into the collection; the best object's is `order[0]`.
 
         Returns:
@@ -237,7 +237,7 @@ def _judge(
 def mutual(cohort: Cohort, evidence: np.ndarray, present: np.ndarray) -> np.ndarray:
     """Dissimilarities from the evidence of all sources in both directions: 1 where one of the two has no parts.
 
-    Arguments:
+    Args:
         evidence: any shape.
         present: of the same shape.
     """
@@ -259,7 +259,7 @@ def between(collection: Collection, objects: np.ndarray) -> np.ndarray:
 def fuse(distances: np.ndarray, areas: np.ndarray, present: np.ndarray, matching: Matching) -> Fused:
     """Join what the parts of a query say about M objects.
 
-    Arguments:
+    Args:
         distances: (P, M) of the query's parts to the objects.
         areas: (P,) shares of the query's surface; significance by area is `exp(-p^2)`, p the share that a part lacks.
         present: (M,) bool, False for an object without parts.

@@ -24,7 +24,7 @@ def row_maker(
 ) -> Callable[[range], np.ndarray]:
     """What makes rows (B, M) of a run of B objects.
 
-    Arguments:
+    Args:
         read: the distances, 0 of an object's parts to itself.
         members: of the cohort.
     """
@@ -43,9 +43,8 @@ class _Cells:
 
     def of(self, rows: range, columns: range) -> np.ndarray:
         """Distances (P, M2) of the P parts of a run of objects to another run."""
-        counts = self.objects.counts[rows.start : rows.stop, None]
         cells = self.read(rows, columns)
-        return cells[np.arange(cells.shape[1]) < counts]
+        return cells[np.arange(cells.shape[1]) < self.objects.counts[rows, None]]
 
     def areas(self, rows: range) -> tuple[np.ndarray, np.ndarray]:
         """Of the P parts of a run of objects, (P,), and where among them each object's begin, (B + 1,)."""
@@ -55,13 +54,13 @@ class _Cells:
     def forward(self, rows: range) -> np.ndarray:
         """Mean distances (S, B, M) of a run of objects to all, of every source."""
         parts = np.concatenate([self.means(rows, each) for each in self.grid.ranges], axis=1)
-        some = {name: table[rows.start : rows.stop] for name, table in self.objects.descriptors.items()}
+        some = {name: table[rows] for name, table in self.objects.descriptors.items()}
         return np.stack([parts, *witness_distances(some, self.objects.descriptors, self.matching)])
 
     def means(self, rows: range, columns: range) -> np.ndarray:
         """Mean distances (B, M2) of the parts of a run of objects to another run."""
         found = object_distances(self.of(rows, columns), *self.areas(rows), self.matching)
-        found[:, self.objects.counts[columns.start : columns.stop] == 0] = np.nan
+        found[:, self.objects.counts[columns] == 0] = np.nan
         return found
 
 
@@ -89,12 +88,11 @@ def _mutual(cells: _Cells, members: Sequence[int]) -> Callable[[range], np.ndarr
     moments = cohort.moments(to_members)
 
     def rows_of(rows: range) -> np.ndarray:
-        forward, run = cells.forward(rows), slice(rows.start, rows.stop)
-        back = np.concatenate([cells.means(each, rows) for each in ranges])
+        forward, back = cells.forward(rows), np.concatenate([cells.means(each, rows) for each in ranges])
         backward = np.stack([back, *(values.T for values in forward[1:])])
-        there = cohort.evidence(forward, moments[:, run]).sum(axis=0)
+        there = cohort.evidence(forward, moments[:, rows]).sum(axis=0)
         here = cohort.evidence(backward, moments).sum(axis=0).T
-        found = mutual(cohort, there + here, (counts[run, None] > 0) & (counts > 0))
+        found = mutual(cohort, there + here, (counts[rows, None] > 0) & (counts > 0))
         found[np.arange(len(rows)), rows] = 0.0
         return found
 

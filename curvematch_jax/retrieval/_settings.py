@@ -5,18 +5,10 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..surface import Extraction
 from ._matching import Matching
-
-
-class Difference(NamedTuple):
-    """A setting of two values."""
-
-    name: str
-    one: Any
-    other: Any
 
 
 def run_settings(extraction: Extraction, matching: Matching) -> dict[str, Any]:
@@ -24,29 +16,23 @@ def run_settings(extraction: Extraction, matching: Matching) -> dict[str, Any]:
     return {"extraction": dataclasses.asdict(extraction), "matching": dataclasses.asdict(matching)}
 
 
-def first_difference(one: object, other: object) -> Difference | None:
-    """The first setting in which two differ, each a settings object or what JSON has kept of one."""
-    left, right = _plain(one), _plain(other)
-    for name in {**left, **right}:
-        if left.get(name) != right.get(name):
-            return Difference(name, left.get(name), right.get(name))
-    return None
-
-
 def require_same(one: object, other: object, what: tuple[str, str], remedy: str) -> None:
     """Refuse what differs in a setting.
 
     Args:
-        one, other: as in `first_difference`.
+        one, other: each a settings object or what JSON has kept of one.
         what: of each the words before "with", in one sentence that ends with the remedy.
 
     Raises:
         ValueError: naming the first setting that differs, and both its values.
     """
-    different = first_difference(one, other)
-    if different:
-        name, first, second = different
-        raise ValueError(f"{what[0]} with {name} = {first!r}, {what[1]} with {name} = {second!r}: {remedy}")
+    left, right = _plain(one), _plain(other)
+    for name in {**left, **right}:
+        if left.get(name) != right.get(name):
+            said = [
+                f"{words} with {name} = {each.get(name)!r}" for words, each in zip(what, (left, right), strict=True)
+            ]
+            raise ValueError(f"{', '.join(said)}: {remedy}")
 
 
 def require_same_extraction(extracted: Sequence[tuple[str, Extraction]]) -> None:

@@ -126,6 +126,9 @@ def test_what_a_collection_is_not_ready_for_is_refused(objects, make_parts):
         rank(objects[0], ready, Matching(unit="diameter"))
     with pytest.raises(ValueError, match="ready for queries with aligner"):
         rank(objects[0], ready, Matching.elastic())
+    one_way, other = Matching(fusion="belief"), Matching(fusion="belief", candidates=0, unit="diameter")
+    with pytest.raises(ValueError, match="with unit = 'area'"):
+        rank(objects[0], Collection.of(objects[:2], one_way), other)
     other = make_parts("other", settings=Extraction(levels=3, samples=32, epsilon=0.07))
     with pytest.raises(ValueError, match=r"epsilon = 0\.07"):
         rank(other, ready)
