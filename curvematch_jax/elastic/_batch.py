@@ -14,7 +14,7 @@ from ._align import align_chunk
 from ._aligner import Aligner, Alignment
 from ._check import as_aligner, as_shapes, check_pair
 from ._distinct import distinct
-from ._kind import check_kind, length_between
+from ._metric import check_metric, length_between
 from ._tabulated import Tables, tables_of
 
 
@@ -29,7 +29,7 @@ def distance_matrix(
     b: ArrayLike | None = None,
     aligner: Aligner | None = None,
     progress: Progress = False,
-    kind: str = "arc",
+    metric: str = "arc",
 ) -> np.ndarray:
     """Elastic distances `(A, B)`, in radians, of all pairs of closed curves `(A, d, n)` and `(B, d, n)`.
 
@@ -39,12 +39,12 @@ def distance_matrix(
     Args:
         aligner: `Aligner.fast()` unless given.
         progress: False, True for a bar on stderr, or a function of (done, total).
-        kind: which distance, as in `elastic_distance`.
+        metric: which distance, as in `elastic_distance`.
 
     Raises:
-        ValueError: as `align`, and for an unknown kind.
+        ValueError: as `align`, and for an unknown metric.
     """
-    check_kind(kind)
+    check_metric(metric)
     aligner = as_aligner(aligner, Aligner.fast)
     first = _checked("a", a)
     second = first if b is None else _checked("b", b)
@@ -54,7 +54,7 @@ def distance_matrix(
         total, pairs = len(first) * (len(first) - 1) // 2, _triangle(len(first), aligner.chunk)
     else:
         total, pairs = result.size, _rectangle(*result.shape, aligner.chunk)
-    for part, values in _distances(first, second, pairs, total, aligner, progress, kind):
+    for part, values in _distances(first, second, pairs, total, aligner, progress, metric):
         result[part.rows, part.columns] = values
         if b is None:
             result[part.columns, part.rows] = values
@@ -67,19 +67,19 @@ def pair_distances(
     pairs: ArrayLike,
     aligner: Aligner | None = None,
     progress: Progress = False,
-    kind: str = "arc",
+    metric: str = "arc",
 ) -> np.ndarray:
     """Elastic distances `(P,)`, in radians, of the pairs `a[i], b[j]` that the rows of `pairs`, `(P, 2)`, list.
 
     As `distance_matrix`, for some of its entries. Curves that are compared again and again can be given as what
-    `tabulate` made of them. Raises `ValueError` as `align`, and for tables made for another aligner or kind;
+    `tabulate` made of them. Raises `ValueError` as `align`, and for tables made for another aligner or metric;
     `IndexError` for an index that points outside of the curves.
     """
-    check_kind(kind)
+    check_metric(metric)
     aligner = as_aligner(aligner, Aligner.fast)
     first = _curves("a", a)
     second = first if b is a else _curves("b", b)
-    _check_tables(first, second, aligner, kind)
+    _check_tables(first, second, aligner, metric)
     pairs = np.asarray(pairs)
     if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype.kind not in "iu":
         raise ValueError(f"pairs has shape {pairs.shape} and dtype {pairs.dtype}: give integers (P, 2).")
@@ -90,7 +90,7 @@ def pair_distances(
         _Pairs(pairs[start : start + aligner.chunk, 0], pairs[start : start + aligner.chunk, 1], start)
         for start in range(0, len(pairs), aligner.chunk)
     )
-    for part, values in _distances(first, second, listed, len(pairs), aligner, progress, kind):
+    for part, values in _distances(first, second, listed, len(pairs), aligner, progress, metric):
         result[part.place : part.place + len(values)] = values
     return result
 
@@ -108,12 +108,13 @@ def _curves(name: str, curves: ArrayLike | Tables) -> np.ndarray | Tables:
     return curves if isinstance(curves, Tables) else _checked(name, curves)
 
 
-def _check_tables(first: np.ndarray | Tables, second: np.ndarray | Tables, aligner: Aligner, kind: str) -> None:
-    """Raises `ValueError` unless both can be compared by this aligner and kind."""
+def _check_tables(first: np.ndarray | Tables, second: np.ndarray | Tables, aligner: Aligner, metric: str) -> None:
+    """Raises `ValueError` unless both can be compared by this aligner and metric."""
     for curves in (first, second):
-        if isinstance(curves, Tables) and (curves.aligner != aligner or kind != "arc"):
+        if isinstance(curves, Tables) and (curves.aligner != aligner or metric != "arc"):
             raise ValueError(
-                f"tables made for {curves.aligner} and the kind 'arc' cannot serve {aligner} and {kind!r}: give curves."
+                f"tables made for {curves.aligner} and the metric 'arc' cannot serve {aligner} and {metric!r}: "
+                "give curves."
             )
     if isinstance(first, np.ndarray) and isinstance(second, np.ndarray):
         check_pair(first[:1], second[:1])
@@ -152,13 +153,13 @@ def _distances(
     total: int,
     aligner: Aligner,
     progress: Progress,
-    kind: str,
+    metric: str,
 ) -> Iterator[tuple[_Pairs, np.ndarray]]:
     if total == 0:
         return
     report = reporter(progress, "aligning", "pairs")
-    if isinstance(first, np.ndarray) and isinstance(second, np.ndarray) and kind != "arc":
-        compute = _of_curves(first, second, aligner, kind)
+    if isinstance(first, np.ndarray) and isinstance(second, np.ndarray) and metric != "arc":
+        compute = _of_curves(first, second, aligner, metric)
     else:
         compute = _of_tables(first, second, aligner)
     done = 0
@@ -184,10 +185,10 @@ def _of_tables(
     return compute
 
 
-def _of_curves(first: np.ndarray, second: np.ndarray, aligner: Aligner, kind: str) -> Callable[[_Pairs], jax.Array]:
+def _of_curves(first: np.ndarray, second: np.ndarray, aligner: Aligner, metric: str) -> Callable[[_Pairs], jax.Array]:
     def compute(part: _Pairs) -> jax.Array:
         rows, columns = (chunks.padded(index, aligner.chunk) for index in (part.rows, part.columns))
-        return _length_chunk(first[rows], second[columns], aligner, kind)
+        return _length_chunk(first[rows], second[columns], aligner, metric)
 
     return compute
 
@@ -204,11 +205,11 @@ def _distance_chunk(aligner: Aligner, first: Any, second: Any):
     return aligner.distance(first, second)
 
 
-def _length_chunk(curve1: np.ndarray, curve2: np.ndarray, aligner: Aligner, kind: str):
+def _length_chunk(curve1: np.ndarray, curve2: np.ndarray, aligner: Aligner, metric: str):
     found = align_chunk(aligner, curve1, curve2)
-    return _lengths(curve1, curve2, found, kind)
+    return _lengths(curve1, curve2, found, metric)
 
 
-@ft.partial(jax.jit, static_argnames="kind")
-def _lengths(curve1, curve2, found: Alignment, kind: str):
-    return length_between(curve1, curve2, found, kind)
+@ft.partial(jax.jit, static_argnames="metric")
+def _lengths(curve1, curve2, found: Alignment, metric: str):
+    return length_between(curve1, curve2, found, metric)

@@ -10,14 +10,14 @@ from ._align import align
 from ._aligner import Aligner
 from ._check import as_aligner, as_shapes, check_pair, check_path, traced
 from ._curve import interpolate, srvf_of, unrepeated, velocity
-from ._kind import check_kind, length_between, length_to_ends, path_between
+from ._metric import check_metric, length_between, length_to_ends, path_between
 from ._preshape import sphere_distance, unit
 
 _PIECES = 32
 
 
 def elastic_distance(
-    curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | None = None, kind: str = "arc"
+    curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | None = None, metric: str = "arc"
 ) -> Float[Array, "*b"]:
     """Distance of closed curves `(*b, d, n)` in shape space, in radians: symmetric, and blind to position, scale,
     rotation, start point and parametrisation.
@@ -30,18 +30,22 @@ def elastic_distance(
 
     Args:
         aligner: `Aligner.accurate()` unless given.
-        kind: "arc", the arc cosine on the sphere of SRVFs; "projected", the length of that great circle projected to
+        metric: "arc", the arc cosine on the sphere of SRVFs; "projected", the length of that great circle projected to
             the closed curves; "straightened", the length of the geodesic of closed curves. Both of the last have the
             geodesic's derivative.
 
     Raises:
-        ValueError: as `align`, and for another kind.
+        ValueError: as `align`, and for another metric.
     """
-    check_kind(kind)
+    check_metric(metric)
     aligner = as_aligner(aligner, Aligner.accurate)
     curve1, curve2 = as_shapes("curve1", curve1), as_shapes("curve2", curve2)
     check_pair(curve1, curve2)
-    return _distance(aligner, kind, curve1, curve2) if traced(curve1, curve2) else _value(aligner, kind, curve1, curve2)
+    return (
+        _distance(aligner, metric, curve1, curve2)
+        if traced(curve1, curve2)
+        else _value(aligner, metric, curve1, curve2)
+    )
 
 
 def alignment_distance(
@@ -79,30 +83,30 @@ def _carried(curve: Float[Array, "*c d n"], warp: Float[Array, "*b nodes"], node
     return moved * jnp.repeat(jnp.sqrt(jnp.maximum(steps, 0) * steps.shape[-1]), nodes, axis=-1)[..., None, :]
 
 
-def _value(aligner: Aligner, kind: str, curve1: Float[Array, "*b d n"], curve2: Float[Array, "*c d n"]):
+def _value(aligner: Aligner, metric: str, curve1: Float[Array, "*b d n"], curve2: Float[Array, "*c d n"]):
     found = align(curve1, curve2, aligner)
-    if kind == "arc":
+    if metric == "arc":
         return found.distance
-    return length_between(curve1, curve2, found, kind)
+    return length_between(curve1, curve2, found, metric)
 
 
 @ft.partial(jax.custom_jvp, nondiff_argnums=(0, 1))
-def _distance(aligner: Aligner, kind: str, curve1: Float[Array, "*b d n"], curve2: Float[Array, "*c d n"]):
-    return _value(aligner, kind, curve1, curve2)
+def _distance(aligner: Aligner, metric: str, curve1: Float[Array, "*b d n"], curve2: Float[Array, "*c d n"]):
+    return _value(aligner, metric, curve1, curve2)
 
 
 @_distance.defjvp
-def _distance_jvp(aligner: Aligner, kind: str, primals, tangents):
+def _distance_jvp(aligner: Aligner, metric: str, primals, tangents):
     if not aligner.warps:
         raise ValueError(f"the distance for {aligner} has no derivative: use an aligner that warps, Aligner.fast().")
     curve1, curve2 = primals
     found = align(curve1, curve2, aligner)
-    if kind == "arc":
+    if metric == "arc":
         fixed = lambda a, b: alignment_distance(a, b, found.rotation, found.warp1, found.warp2)  # noqa: E731
         return found.distance, _away_from_0(found.distance, jax.jvp(fixed, primals, tangents)[1])
     path = path_between(curve1, curve2, found, "straightened")
     fixed = lambda a, b: length_to_ends(path, a, b, found)  # noqa: E731
-    length = length_between(curve1, curve2, found, kind)
+    length = length_between(curve1, curve2, found, metric)
     return length, _away_from_0(found.distance, jax.jvp(fixed, primals, tangents)[1])
 
 

@@ -21,7 +21,7 @@ from jaxtyping import Array, Bool, Float
 from ._cyclic import solve_cyclic
 from ._lanes import dot, filled, fusion_barrier, multiply, rotate, running_sum, solve
 from ._lookup import lifted, summed
-from ._rotation import cayley, covariance, generators
+from ._rotation import cayley, covariance, generator_components, generator_products, generators
 from ._tables import CurveTable
 
 _STEEPEST = 1 - 1e-4  # of u': neither curve ever stands quite still
@@ -163,19 +163,18 @@ def _carried(at: _Sampled):
 
 def _normal_equations(residual, q2, left, right):
     """The squared chord, normalised, and gradient and Gauss-Newton matrix of half of it."""
-    share = 1 / residual.shape[-1]
-    both = lambda x, y: (x + jnp.roll(y, 1, axis=-1)) * share  # noqa: E731
+    share, d = 1 / residual.shape[-1], len(q2)
     turned = generators(q2)  # how the residual changes as the rotation is turned back
-    gradient, diagonal = both(dot(left, residual), dot(right, residual)), both(dot(left, left), dot(right, right))
-    border = jnp.stack([both(dot(left, w), dot(right, w)) for w in turned])
-    mean = lambda x: jnp.mean(x, axis=-1)  # noqa: E731
-    corner = jnp.stack([jnp.stack([mean(dot(v, w)) for v in turned]) for w in turned])
-    turning = jnp.stack([mean(dot(w, residual)) for w in turned])
-    size2 = mean(dot(q2, q2))
-    more = mean(dot(residual, residual + 2 * q2))  # |q1|^2 - |q2|^2
+    along = lambda end: jnp.stack([dot(end, residual), dot(end, end), *(dot(end, w) for w in turned)])  # noqa: E731
+    at_knots = (along(left) + jnp.roll(along(right), 1, axis=-1)) * share
+    fields = jnp.concatenate([residual, q2])
+    moments = covariance(fields, fields)
+    of_residual, mixed, of_q2 = moments[:d, :d], moments[:d, d:], moments[d:, d:]
+    size2, more = jnp.trace(of_q2), jnp.trace(of_residual + 2 * mixed)  # |q2|^2, |q1|^2 - |q2|^2
     size = jnp.sqrt(size2) + jnp.sqrt(size2 + more)
-    chord = (mean(dot(residual, residual)) - (more / size) ** 2) / jnp.sqrt(size2 * (size2 + more))
-    return chord, gradient, diagonal, dot(left, right) * share, border, corner, turning
+    chord = (jnp.trace(of_residual) - (more / size) ** 2) / jnp.sqrt(size2 * (size2 + more))
+    corner, turning = generator_products(of_q2), generator_components(mixed)
+    return chord, at_knots[0], at_knots[1], dot(left, right) * share, at_knots[2:], corner, turning
 
 
 def _moved(here: State, damping: Float[Array, " l"]) -> tuple[Float[Array, "l m"], Float[Array, "d d l"]]:

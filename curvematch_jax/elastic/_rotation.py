@@ -5,6 +5,7 @@ For `C = integral q1 q2^T`, `tr(R^T C) = <q1, R q2>` is maximal over SO(d) at `s
 """
 
 import jax.numpy as jnp
+import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
@@ -110,6 +111,22 @@ def generators(q: Float[Array, "d *k"]) -> list[Float[Array, "d *k"]]:
             rows[i], rows[j] = q[j], -q[i]
             found.append(jnp.stack(rows))
     return found
+
+
+def generator_components(c: Float[Array, "d d *l"]) -> Float[Array, "g *l"]:
+    """`<E, C>` of the same basis: the means of `<p, E q>` from `C = mean p q^T`."""
+    above, below = np.triu_indices(len(c), 1)
+    return c[above, below] - c[below, above]
+
+
+def generator_products(c: Float[Array, "d d *l"]) -> Float[Array, "g g *l"]:
+    """The means of `<E q, F q>` for E and F of the same basis, from `C = mean q q^T`."""
+    above, below = np.triu_indices(len(c), 1)
+    number = np.arange(len(above))
+    basis = np.zeros((len(above), *c.shape[:2]))
+    basis[number, above, below], basis[number, below, above] = 1, -1
+    products = jnp.asarray(np.einsum("aki,bkj->abij", basis, basis), c.dtype)
+    return jnp.tensordot(products, c, 2, precision="highest")
 
 
 def cayley(x: Float[Array, "g *l"], d: int) -> Float[Array, "d d *l"]:

@@ -41,13 +41,13 @@ class Paths(NamedTuple):
 
 def search(first: CurveTable, second: CurveTable, rounds: tuple[Round, ...], true: Bool[Array, ""] | None) -> Paths:
     """The paths of the last round."""
-    paths = from_all_starts(first, second, rounds[0])
+    paths = from_all_starts(first, second, rounds[0], true)
     for round_ in rounds[1:]:
         paths = _better(first, second, paths.best(round_.paths), round_, true)
     return paths
 
 
-def from_all_starts(first: CurveTable, second: CurveTable, round_: Round) -> Paths:
+def from_all_starts(first: CurveTable, second: CurveTable, round_: Round, true: Bool[Array, ""] | None) -> Paths:
     """Both curves by arc length, from evenly spaced start points, each with the rotation that brings them nearest."""
     fine, starts = round_.slopes * round_.nodes, round_.paths
     shifts = np.round(np.arange(starts) * (fine / starts)).astype(int)
@@ -55,9 +55,14 @@ def from_all_starts(first: CurveTable, second: CurveTable, round_: Round) -> Pat
     (pairs, d, _), dtype = t1.shape, t1.dtype
     # Lanes start by start: those of one start are as the tables lie.
     rotation = best_rotation(shift_covariances(t1, t2)[:, :, shifts].reshape(d, d, -1))
-    t1, t2 = jnp.moveaxis(t1, 0, -1), jnp.moveaxis(t2, 0, -1)
-    shifted = jnp.concatenate([jnp.roll(t2, -shift, axis=1) for shift in shifts], axis=2)
-    v, cosine = best_path(jnp.tile(t1, starts), rotate(rotation[:, :, None], shifted), round_.width, round_.slopes)
+    from_start = (np.arange(fine)[:, None] + shifts) % fine
+
+    def laid_out(t1, t2, rotation):
+        t1, t2 = jnp.moveaxis(t1, 0, -1), jnp.moveaxis(t2, 0, -1)
+        return jnp.tile(t1, starts), rotate(rotation[:, :, None], t2[:, from_start].reshape(d, fine, -1))
+
+    q1, q2 = fusion_barrier(laid_out, true, t1, t2, rotation)
+    v, cosine = best_path(q1, q2, round_.width, round_.slopes)
     v = jnp.moveaxis(v.reshape(-1, starts, pairs), 0, -1).swapaxes(0, 1)
     time = jnp.asarray(np.arange(round_.nodes + 1) * round_.slopes, jnp.int32)[None, None]
     warp1, warp2 = time - v, time + v + jnp.asarray(shifts, jnp.int32)[None, :, None]

@@ -62,8 +62,8 @@ def test_transformations_change_nothing(aligner, pair):
 def test_derivatives_of_what_does_not_warp_are_refused(aligner, pair):
     """Its alignment is not the best of all paths."""
     message = "has no derivative: use an aligner that warps, Aligner.fast()"
-    for kind in ("arc", "straightened"):
-        value = lambda a, kind=kind: elastic_distance(a, pair[1], aligner, kind=kind).sum()  # noqa: E731
+    for metric in ("arc", "straightened"):
+        value = lambda a, metric=metric: elastic_distance(a, pair[1], aligner, metric=metric).sum()  # noqa: E731
         with pytest.raises(ValueError, match=re.escape(message)):
             jax.grad(value)(pair[0])
         with pytest.raises(ValueError, match=re.escape(message)):
@@ -254,15 +254,15 @@ def differences(value, one, directions, size):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["arc", "projected", "straightened"])
+@pytest.mark.parametrize("metric", ["arc", "projected", "straightened"])
 @pytest.mark.parametrize("aligner", [Aligner.fast(), Aligner.accurate()], ids=["fast", "accurate"])
-def test_derivatives_are_those_of_the_whole_search_by_finite_differences(aligner, kind):
+def test_derivatives_are_those_of_the_whole_search_by_finite_differences(aligner, metric):
     """The envelope theorem in float64: the alignment is found again on either side. Smooth curves that are near each
     other have one best alignment; what is left is how far the refinement is from its end."""
     with x64():
         one, far, *directions = (jnp.asarray(fourier(s, 4, n=48, modes=2, decay=2)) for s in (0, 100, 50, 51))
         other = one + 0.2 * far
-        value = jax.jit(lambda a: elastic_distance(a, other, aligner, kind=kind))
+        value = jax.jit(lambda a: elastic_distance(a, other, aligner, metric=metric))
         found, slopes = differences(value, one, directions, 1e-3)
         np.testing.assert_allclose(slopes, found, atol=0.03 * np.abs(found).max())
 

@@ -129,6 +129,18 @@ def test_generators_are_a_basis_of_the_antisymmetric_matrices(d):
 
 
 @pytest.mark.parametrize("d", [2, 3, 4])
+def test_products_with_generators_follow_from_covariances(d):
+    p, q = np.random.default_rng(2).normal(size=(2, d, 1, 50))
+    with x64():
+        turned = [np.asarray(e) for e in rotations.generators(jnp.asarray(q))]
+        of = lambda x, y: rotations.covariance(jnp.asarray(x), jnp.asarray(y))  # noqa: E731
+        components, products = rotations.generator_components(of(p, q)), rotations.generator_products(of(q, q))
+    np.testing.assert_allclose(components[:, 0], [np.mean((p * e).sum(axis=0)) for e in turned], atol=1e-12)
+    expected = [[np.mean((e * f).sum(axis=0)) for f in turned] for e in turned]
+    np.testing.assert_allclose(products[..., 0], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
 def test_cayleys_rotations_are_exponentials_but_for_third_order(d):
     with x64():
         basis = np.stack([np.asarray(e) for e in rotations.generators(jnp.eye(d))])

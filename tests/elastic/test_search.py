@@ -56,7 +56,7 @@ def test_starts_are_even_shifts_with_their_best_rotations(count):
     """Of a turned copy that begins a quarter of a turn later, that start has the rotation back."""
     curve = fourier(5, 1, n=128).astype(np.float32)
     copy = np.einsum("ij,bjn->bin", rotation(1), np.roll(curve, -32, axis=-1)).astype(np.float32)
-    found = every(tabulate(jnp.asarray(curve)), tabulate(jnp.asarray(copy)), Round(count, 32, 6))
+    found = every(tabulate(jnp.asarray(curve)), tabulate(jnp.asarray(copy)), Round(count, 32, 6), None)
     assert found.warp2.shape == (1, count, 33)
     np.testing.assert_allclose(found.warp1[..., [0, -1]], np.broadcast_to([0.0, 1.0], (1, count, 2)))
     np.testing.assert_allclose(found.warp2[0, :, 0], np.arange(count) / count, atol=1e-6)

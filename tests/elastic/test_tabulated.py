@@ -51,11 +51,11 @@ def test_tables_for_estimates_are_small(curves):
         assert tables.tangents.nbytes == 9 * 3 * 64 * 4
 
 
-def test_tables_of_another_aligner_or_kind_are_refused(curves):
+def test_tables_of_another_aligner_or_metric_are_refused(curves):
     tables = tabulate(curves, RIGID)
     with pytest.raises(ValueError, match="give curves"):
         pair_distances(tables, tables, PAIRS, Aligner.fast())
     with pytest.raises(ValueError, match="give curves"):
-        pair_distances(curves, tables, PAIRS, RIGID, kind="projected")
+        pair_distances(curves, tables, PAIRS, RIGID, metric="projected")
     with pytest.raises(ValueError, match="2 and of 3 dimensions"):
         pair_distances(curves[:, :2], tables, PAIRS, RIGID)

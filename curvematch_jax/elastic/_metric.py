@@ -17,28 +17,28 @@ from ._geodesic import joined, path_length, straighten
 from ._matched import srvfs_along
 from ._preshape import sphere_distance
 
-KINDS = ("arc", "projected", "straightened")
+METRICS = ("arc", "projected", "straightened")
 _STEPS = 6
 _SAMPLES = 4  # of a path to a sample of the curves
 
 
-def check_kind(kind: str) -> None:
-    """`ValueError` unless kind is one of the three."""
-    if kind not in KINDS:
-        raise ValueError(f"kind = {kind!r}: it is one of {', '.join(KINDS)}.")
+def check_metric(metric: str) -> None:
+    """`ValueError` unless metric is one of the three."""
+    if metric not in METRICS:
+        raise ValueError(f"metric = {metric!r}: it is one of {', '.join(METRICS)}.")
 
 
 def path_between(
-    curve1: Float[Array, "*c d n"], curve2: Float[Array, "*e d n"], alignment: Alignment, kind: str
+    curve1: Float[Array, "*c d n"], curve2: Float[Array, "*e d n"], alignment: Alignment, metric: str
 ) -> Float[Array, "*b k d samples"]:
-    """The path in C that `kind` measures, for an alignment of the pair."""
+    """The path in C that `metric` measures, for an alignment of the pair."""
     path = joined(*_ends(curve1, curve2, alignment), _STEPS)
-    return straighten(path).path if kind == "straightened" else path
+    return straighten(path).path if metric == "straightened" else path
 
 
-def length_between(curve1, curve2, alignment: Alignment, kind: str) -> Float[Array, "*b"]:
-    """The length of the path that `kind` measures."""
-    return path_length(path_between(curve1, curve2, alignment, kind))
+def length_between(curve1, curve2, alignment: Alignment, metric: str) -> Float[Array, "*b"]:
+    """The length of the path that `metric` measures."""
+    return path_length(path_between(curve1, curve2, alignment, metric))
 
 
 def length_to_ends(path: Float[Array, "*b k d samples"], curve1, curve2, alignment: Alignment) -> Float[Array, "*b"]:
