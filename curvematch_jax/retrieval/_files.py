@@ -49,6 +49,11 @@ def writing(path: Path | None) -> Iterator[None]:
         ) from error
 
 
+def vacant(path: Path) -> bool:
+    """Whether there is nothing at a path, or an empty folder: something may be made there."""
+    return not path.exists() or (path.is_dir() and not any(path.iterdir()))
+
+
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Keeps other processes that ask out of `path` while the block runs; ends with the process, whatever ends it.

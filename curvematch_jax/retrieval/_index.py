@@ -23,7 +23,7 @@ from ..elastic._rigid import RigidTable
 from ..surface import Extraction, Parts
 from ._cohort import LEAST, Cohort
 from ._collection import Collection
-from ._files import locked, remove_leftovers, replacing, short, writing
+from ._files import locked, remove_leftovers, replacing, short, vacant, writing
 from ._matching import DEFAULT, Matching
 from ._objects import Objects, places
 from ._settings import require_same, run_settings
@@ -61,36 +61,36 @@ def build_index(
             naming the first difference, is in use, or cannot be written to.
     """
     path = Path(path)
-    if not is_index(path):
-        found = Collection.of(parts, matching, progress)
-        write_index(found, path)
-        return len(found.names)
-    there = read_index(path, matching)
-    objects = Objects.of(parts, dataclasses.replace(matching, witnesses=()))
-    _, added = places(path, there.names, there.objects.fingerprints, objects)
-    if added:
+    with locked(path):
+        if not is_index(path):
+            found = Collection.of(parts, matching, progress)
+            _write(found, path)
+            return len(found.names)
+        there = read_index(path, matching)
+        objects = Objects.of(parts, dataclasses.replace(matching, witnesses=()))
+        _, added = places(path, there.names, there.objects.fingerprints, objects)
         new = [parts[k] for k in added]
-        if there.cohort is not None and len(there.cohort.members) < LEAST:  # It grows, and all depends on it.
-            write_index(there.added(new, progress), path)
-        else:
-            _extend(path, there.judging(new, progress))
-    return len(added)
+        if new and there.cohort is not None and len(there.cohort.members) < LEAST:  # It grows, and all depends on it.
+            _write(there.added(new, progress), path)
+        elif new:
+            remove_leftovers(path)
+            with writing(path):
+                _append(path, _read_table(path), there.judging(new, progress))
+        return len(new)
 
 
 def write_index(collection: Collection, path: str | os.PathLike[str]) -> None:
     """A new index; raises as `Collection.save`."""
-    path = Path(path)
-    if path.exists() and not is_index(path) and not (path.is_dir() and not any(path.iterdir())):
+    with locked(Path(path)):
+        _write(collection, Path(path))
+
+
+def _write(collection: Collection, path: Path) -> None:
+    if not vacant(path) and not is_index(path):
         raise ValueError(f"{path}: something else is there: choose another place for the index")
-    with locked(path), writing(path), replacing(path) as temporary:
+    with writing(path), replacing(path) as temporary:
         temporary.mkdir()
         _append(temporary, None, collection)
-
-
-def _extend(path: Path, new: Collection) -> None:
-    with locked(path), writing(path):
-        remove_leftovers(path)
-        _append(path, _read_table(path), new)
 
 
 def read_index(path: str | os.PathLike[str], matching: Matching) -> Collection:

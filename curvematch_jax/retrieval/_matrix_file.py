@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ._blocks import Grid
-from ._files import replacing, short, writing
+from ._files import replacing, short, vacant, writing
 
 MATRIX_FORMAT = 3
 
@@ -130,11 +130,6 @@ def matrix_status(path: str | os.PathLike[str]) -> MatrixStatus:
     rate = (len(recent) - 1) / lasted if lasted > 0 else None
     left, complete = len(pairs) - len(times), bool(attributes["complete"])
     return MatrixStatus(names, tuple(attributes["notes"]), len(times), left, complete, rate)
-
-
-def vacant(path: Path) -> bool:
-    """Whether there is nothing at a path, or an empty folder: a matrix may be made there."""
-    return not path.exists() or (path.is_dir() and not any(path.iterdir()))
 
 
 def matrix_attributes(path: Path) -> dict[str, Any]:

@@ -17,9 +17,9 @@ import numpy as np
 from .._progress import Progress, reporter
 from ._blocks import Block, Grid, compared
 from ._cohort import LEAST, chosen
-from ._files import replacing, writing
+from ._files import replacing, vacant, writing
 from ._matching import Matching
-from ._matrix_file import MATRIX_FORMAT, chunks, matrix_attributes, vacant
+from ._matrix_file import MATRIX_FORMAT, chunks, matrix_attributes
 from ._objects import Objects, places
 from ._rows import row_maker
 from ._settings import require_same, run_settings

@@ -9,6 +9,7 @@ import pytest
 from curvematch_jax.elastic import Elastic, Round
 from curvematch_jax.retrieval import Collection, Matching, build_index, is_index, rank
 from curvematch_jax.retrieval import _index as index_module
+from curvematch_jax.retrieval._files import locked
 
 WARPS = Matching(aligner=Elastic((Round(2, 16, 4),), steps=2, knots=32, chunk=8))
 
@@ -124,3 +125,8 @@ def test_somebody_s_folder_is_left_as_it_is(objects, tmp_path):
     with pytest.raises(ValueError, match="something else is there"):
         build_index(objects[:3], tmp_path / "thesis")
     assert Path(tmp_path / "thesis" / "chapter").read_text() == "dear"
+
+
+def test_one_process_at_a_time(objects, tmp_path):
+    with locked(tmp_path / "I"), pytest.raises(ValueError, match="another process is at work on it"):
+        build_index(objects[:3], tmp_path / "I")
