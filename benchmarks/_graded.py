@@ -47,7 +47,7 @@ def graded(sources: Sequence[tuple[str, str]], labels: Sequence[str], related: R
     return grades
 
 
-def measured(
+def judged(
     dissimilarity: np.ndarray, sources: Sequence[tuple[str, str]], labels: Sequence[str], related: Relatives
 ) -> dict[str, object]:
     """Every measure of Q rankings of M models, in types that JSON knows."""

@@ -1,6 +1,6 @@
-"""Runs in processes of their own: there a first call is a first call, and the peak of memory is that of one run.
+"""Runs of the engine in processes of their own, where a first call is a first call and the peak of memory is one run's.
 
-    python benchmarks/_runs.py '{"task": "Matrix", "preset": "rigid", "side": 32}'
+    python -m benchmarks._runs '{"task": "Matrix", "preset": "rigid", "side": 32}'
 
 They use what engines of all times have, so that the same runs measure the package of another commit. Memory is what
 Linux says of the process (`VmHWM`, set back after the first call); `ru_maxrss` would not do, since a process inherits
@@ -9,26 +9,23 @@ its parent's peak there.
 
 import dataclasses
 import json
-import re
 import sys
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import jax
 import numpy as np
-from _baseline import output_of
-from _measure import PRESETS, fourier_curves, least_seconds, say
 
 import curvematch_jax as cm
-from curvematch_jax._optional import require
+
+from ._elsewhere import output_of
+from ._measure import PRESETS, forget_peak, fourier_curves, least_seconds, resident_bytes, say, timed
 
 CALLS = ("align", "distance_matrix")
 NEW_CALLS = ("elastic_distance", "resample", "distance_matrix")
 LIMITS = {"cold": 6.0, "warm": 3.0}  # seconds of a first call
 _FEW = 4  # curves on each side in the first call: more than fit into the small chunk of `align`
-_LINES = {"rigid": ("#555555", "--", "s"), "fast": ("#2b6cb0", "-", "o"), "accurate": ("#d7301f", ":", "^")}
 
 
 @dataclass(frozen=True)
@@ -43,7 +40,7 @@ class Matrix:
     def measured(self) -> dict[str, float]:
         """In this process, which has called nothing yet: seconds and bytes of the first, small call, and of the run."""
         few, many = self._operands(min(_FEW, self.side)), self._operands(self.side)
-        first_seconds = _seconds(lambda: self._align(*few))
+        first_seconds = timed(lambda: self._align(*few))[1]
         first_peak = resident_bytes("VmHWM")
         forget_peak()
         before = resident_bytes("VmRSS")
@@ -78,7 +75,7 @@ class NewSamples:
     def measured(self) -> dict:
         """Seconds of the very first call, and of the first with each other number of samples."""
         curves = {n: fourier_curves(0, _FEW, n, self.dimension) for n in self.samples}
-        first, *others = (_seconds(lambda c=c: jax.block_until_ready(self._call(c))) for c in curves.values())
+        first, *others = (timed(lambda c=c: jax.block_until_ready(self._call(c)))[1] for c in curves.values())
         return {"first_seconds": first, "seconds": dict(zip(map(str, self.samples[1:]), others, strict=True))}
 
     def _call(self, curves: np.ndarray):
@@ -98,7 +95,7 @@ class Lengths:
         jax.block_until_ready(jax.numpy.zeros(1))
         forget_peak()
         before = resident_bytes("VmRSS")
-        seconds = _seconds(lambda: [jax.block_until_ready(cm.resample(outline, 100)) for outline in outlines])
+        seconds = timed(lambda: [jax.block_until_ready(cm.resample(outline, 100)) for outline in outlines])[1]
         return {"outlines": self.count, "seconds": seconds, "added_bytes": resident_bytes("VmHWM") - before}
 
 
@@ -114,7 +111,7 @@ class Engine:
         kind, facts = type(task).__name__, dataclasses.asdict(task)
         folder = self.cache / kind / facts.get("preset", "") / facts.get("call", "")
         settings = {"JAX_COMPILATION_CACHE_DIR": str(folder), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0"}
-        return output_of(__file__, [json.dumps({"task": kind} | facts)], self.package, **settings)
+        return output_of("benchmarks._runs", [json.dumps({"task": kind} | facts)], self.package, **settings)
 
 
 def first_calls(engine: Engine, presets: Iterable[str]) -> dict:
@@ -165,53 +162,6 @@ def _compiled(engine: Engine, run: Matrix) -> dict[str, float]:
     say(f"{run.preset}, {found['pairs']:.0f} pairs, n = {run.n}: {found['seconds']:.2f} s, "
         f"{found['peak_bytes'] / 2**20:.0f} MiB")  # fmt: skip
     return found
-
-
-def picture(pairs: dict[str, list], samples: list, path: Path) -> None:
-    """Draw time and memory against pairs, and time against samples; thin lines are proportional to the pairs."""
-    figure = require("matplotlib.figure", "plot", "drawing a picture").Figure(figsize=(10.5, 3.4), layout="constrained")
-    times, memory, by_samples = figure.subplots(1, 3)
-    for preset, rows in pairs.items():
-        _line(times, rows, "pairs", "seconds", preset)
-        _line(memory, rows, "pairs", "peak_bytes", preset, scale=2**-20)
-        ends = [rows[0]["pairs"], rows[-1]["pairs"]]
-        times.plot(ends, [end / rows[-1]["pairs_per_second"] for end in ends], color="#bbbbbb", linewidth=0.7, zorder=0)
-    _line(by_samples, samples, "n", "seconds", "fast")
-    by_samples.set_xticks([row["n"] for row in samples], [str(row["n"]) for row in samples], minor=False)
-    by_samples.set_xticks([], minor=True)
-    for axes, x, y in (
-        (times, "pairs", "seconds"),
-        (memory, "pairs", "peak memory, MiB"),
-        (by_samples, "samples of a curve", f"seconds for {samples[0]['pairs']} pairs"),
-    ):
-        low, high = np.log10(axes.get_ylim())
-        axes.set(xlabel=x, ylabel=y, ylim=(10 ** np.floor(low), 10 ** np.ceil(high)))
-        axes.grid(which="major", color="#dddddd", linewidth=0.6)
-        axes.legend(frameon=False)
-    figure.savefig(path, dpi=150)
-
-
-def _line(axes, rows: list, x: str, y: str, preset: str, scale: float = 1) -> None:
-    colour, dashes, marker = _LINES[preset]
-    values = [row[y] * scale for row in rows]
-    axes.loglog([row[x] for row in rows], values, color=colour, linestyle=dashes, marker=marker, label=preset)
-
-
-def _seconds(call: Callable[[], object]) -> float:
-    start = time.perf_counter()
-    call()
-    return time.perf_counter() - start
-
-
-def resident_bytes(key: str) -> int:
-    """`VmRSS`, what is in memory now, or `VmHWM`, the most that ever was."""
-    (kibibytes,) = re.findall(rf"^{key}:\s*(\d+) kB$", Path("/proc/self/status").read_text(), re.MULTILINE)
-    return int(kibibytes) * 1024
-
-
-def forget_peak() -> None:
-    """Let `VmHWM` begin anew."""
-    Path("/proc/self/clear_refs").write_text("5")
 
 
 if __name__ == "__main__":

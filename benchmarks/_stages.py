@@ -10,13 +10,14 @@ from collections.abc import Callable
 
 import jax
 import numpy as np
-from _measure import cores, seconds_each
 
 import curvematch_jax as cm
 from curvematch_jax.elastic._certify import path_distance
 from curvematch_jax.elastic._refine import from_warps, refine
 from curvematch_jax.elastic._search import search
 from curvematch_jax.elastic._start import best_start, shift_covariances
+
+from ._measure import cores, seconds_each
 
 
 def stages(aligner: cm.Aligner, curves1: np.ndarray, curves2: np.ndarray) -> dict:

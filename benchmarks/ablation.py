@@ -1,30 +1,27 @@
-"""What each addition to the published method is worth: scores with it left out, on one half of a folder and the other.
+"""What each addition to the published method is worth: scores with it left out.
 
-    python benchmarks/ablation.py DIR... [--rows NAME...] [--out FILE.json]   # adds to what the file holds
+    python -m benchmarks ablation DIR... [--rows NAME...] [--out FILE.json]   # adds to what the file holds
 
-A DIR has `labels.csv` (columns `file,class`). The members of each class are
-dealt out to two halves in turn. Settings were chosen on the first; the second is what they are worth.
+A DIR has `labels.csv` (columns `file,class`). The members of each class are dealt out to two halves in turn. Settings
+were chosen on the first; the second is what they are worth.
 """
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
-import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from _record import versions, write
 
-from curvematch_jax.cli._jax import configure_jax
-from curvematch_jax.datasets import labelled_folder
-from curvematch_jax.extraction import extract_collection
-from curvematch_jax.extraction._workers import cores
 from curvematch_jax.retrieval import Matching, Scores, dissimilarity_matrix, evaluate, run_settings
 from curvematch_jax.surface import Extraction, Parts
+
+from ._measure import say, timed, use_every_core
+from ._models import extracted, jobs_option, name_of
+from ._record import known, record
 
 MEASURES = ("nn", "ft", "st", "dcg", "map")
 PAPER = Matching.paper()
@@ -61,60 +58,47 @@ ROWS: dict[str, tuple[Extraction, Matching]] = {
 }
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description="What each addition to the published method is worth.")
+def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folders", nargs="+", type=Path, metavar="DIR")
     parser.add_argument("--rows", nargs="+", choices=tuple(ROWS), default=tuple(ROWS), metavar="NAME")
-    parser.add_argument("--out", type=Path, metavar="FILE.json")
-    parser.add_argument("--jobs", type=int, default=cores())
-    arguments = parser.parse_args()
-    configure_jax(cache=False)
-    results = known(arguments.out)
-    results["versions"] = versions()
+    jobs_option(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Rows that the file holds are kept, and replaced one by one as they are measured."""
+    use_every_core()
+    results = {key: known(arguments).get(key, {}) for key in ("settings", "collections")}
     for folder in arguments.folders:
-        table = results["collections"].setdefault(folder.name, {})
+        table = results["collections"].setdefault(name_of(folder), {})
         for name, values in ablated(folder, arguments.rows, arguments.jobs):
             table[name] = values
             results["settings"][name] = run_settings(*ROWS[name])
             if arguments.out:
-                write(arguments.out, results)
-
-
-def known(path: Path | None) -> dict:
-    """Rows that were measured before: they are kept, and replaced one by one."""
-    if path and path.exists():
-        return json.loads(path.read_text())
-    return {"versions": {}, "settings": {}, "collections": {}}
+                record(arguments, results)
+    if not arguments.out:
+        record(arguments, results)
 
 
 def ablated(folder: Path, rows: Sequence[str], jobs: int) -> Iterator[tuple[str, dict]]:
-    """Every row's name and scores on one collection; prints them as they come."""
-    labelled = labelled_folder(folder)
-    classes = {path.name: label for path, label in labelled}
-    extracted: dict[Extraction, list[Parts]] = {}
-    print(f"\n{folder.name:28s}" + "".join(f"{name:>7s}" for name in MEASURES) + "    map of the halves   seconds")
+    """Every row's name and scores on one collection; says them as they come."""
+    made: dict[Extraction, tuple[list[Parts], list[str]]] = {}
+    say(f"\n{name_of(folder):28s}" + "".join(f"{name:>7s}" for name in MEASURES) + "    map of the halves   seconds")
     for name in rows:
         extraction, matching = ROWS[name]
-        if extraction not in extracted:
-            extracted[extraction] = list(
-                extract_collection([path for path, _ in labelled], extraction, jobs=jobs).parts
-            )
-        parts = extracted[extraction]
-        values = measured(parts, [classes[p.name] for p in parts], matching)
-        print(
+        if extraction not in made:
+            made[extraction] = extracted(folder, extraction, jobs)[:2]
+        values = measured(*made[extraction], matching)
+        say(
             f"{name:28s}"
             + "".join(f"{values['whole'][m]:7.3f}" for m in MEASURES)
-            + f"{values['first half']['map']:10.3f}{values['second half']['map']:8.3f}{values['seconds']:12.0f}",
-            flush=True,
+            + f"{values['first half']['map']:10.3f}{values['second half']['map']:8.3f}{values['seconds']:12.0f}"
         )
         yield name, values
 
 
 def measured(parts: Sequence[Parts], labels: Sequence[str], matching: Matching) -> dict:
     """Scores on the whole and on both halves."""
-    started = time.perf_counter()
-    matrix = dissimilarity_matrix(parts, matching)
-    seconds = time.perf_counter() - started
+    matrix, seconds = timed(lambda: dissimilarity_matrix(parts, matching))
     scores: dict = {"whole": summary(evaluate(matrix, labels)), "seconds": seconds}
     for name, members in zip(("first half", "second half"), halves(labels), strict=True):
         scores[name] = summary(evaluate(matrix[np.ix_(members, members)], [labels[i] for i in members]))
@@ -134,7 +118,3 @@ def halves(labels: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
 def summary(scores: Scores) -> dict[str, float]:
     """The measures of the table."""
     return {name: float(getattr(scores, name)) for name in MEASURES}
-
-
-if __name__ == "__main__":
-    main()

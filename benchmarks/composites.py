@@ -1,6 +1,6 @@
-"""Composite queries: do both classes come first of which a query was made, for this method and the baselines?
+"""Queries made of halves of two models: whether both classes come first, here and with the baselines.
 
-    python -m benchmarks.composites [DIR] [--out FILE.json] [--picture FILE.png]
+    python -m benchmarks composites [DIR] [--count 30] [--seed 0] [--out FILE.json]
 
 DIR is a labelled folder of meshes; without one the built-in creatures are taken. The queries are 30 composites
 (`curvematch_jax.composites`): half of one model joined to half of another of a different class. Each query is ranked
@@ -12,25 +12,21 @@ This is this project's own protocol; its figures compare with no published ones.
 
 Measures: NDCG and average dynamic recall over the whole ranking; in how many queries both classes are among the first
 10; NN, the share of queries whose first result has grade 2; in the JSON also mean interpolated precision at recall
-0, .1, ..., 1, for grade 2 and for grade 1 or more. In the picture a green frame is grade 2, a grey one grade 1.
+0, .1, ..., 1, for grade 2 and for grade 1 or more. With `--out` a picture is drawn beside the file, where a green frame
+is grade 2 and a grey one grade 1.
 """
 
 from __future__ import annotations
 
 import argparse
-import dataclasses
-import sys
-import time
-from collections.abc import Iterator, Sequence
+import functools as ft
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks._graded import RELATED, SOURCE, Relatives, graded, measured, relatives
-from benchmarks._record import versions, write
-from benchmarks.baselines import BASELINES
 from curvematch_jax import (
     Collection,
     Extraction,
@@ -39,18 +35,18 @@ from curvematch_jax import (
     Parts,
     clean,
     composites,
-    creatures,
     extract_parts,
-    load_mesh,
     rank,
 )
-from curvematch_jax.cli._jax import configure_jax
-from curvematch_jax.datasets import Composite, labelled_folder
-from curvematch_jax.extraction import Failure
-from curvematch_jax.extraction._sources import Source
-from curvematch_jax.extraction._workers import cores, in_processes
+from curvematch_jax.datasets import Composite
 from curvematch_jax.pictures import Tile, sheet
 from curvematch_jax.retrieval import run_settings
+
+from ._graded import RELATED, SOURCE, Relatives, graded, judged, relatives
+from ._measure import say, timed, use_every_core
+from ._models import Model, in_order, jobs_option, models_in, name_of
+from ._record import record
+from .baselines import BASELINES
 
 METHODS = {"default": Matching(), "partial": Matching.partial(), "paper": Matching.paper()}
 _ROWS, _RESULTS = 10, 8  # of the picture
@@ -65,27 +61,24 @@ class Described:
     baselines: dict[str, Any]
 
 
-def described(source: Mesh | Source) -> Described:
-    """A mesh, or the file of one, cleaned once for all methods."""
-    given = source if isinstance(source, Mesh) else load_mesh(source.path, source.name)
-    mesh, _ = clean(given, vertices=Extraction().vertices)
+def described(model: Model) -> Described:
+    """A mesh, cleaned once for all methods."""
+    mesh, _ = clean(model.mesh(), vertices=Extraction().vertices)
     return Described(mesh, extract_parts(mesh), {baseline.name: baseline.describe(mesh) for baseline in BASELINES})
 
 
-def collection(folder: Path | None) -> list[tuple[Mesh | Source, str]]:
-    """Every model and its class."""
-    if folder is None:
-        return [(creature.mesh, creature.label) for creature in creatures()]
-    return [(Source(path, path.relative_to(folder).as_posix()), label) for path, label in labelled_folder(folder)]
-
-
-def all_described(sources: Sequence[Mesh | Source], jobs: int) -> tuple[dict[int, Described], list[Failure]]:
-    """By index, and those that failed, which cost themselves alone."""
-    outcomes = sorted(in_processes(described, sources, jobs), key=lambda outcome: outcome.task)
-    failed = [Failure(sources[each.task].name, each.failure) for each in outcomes if each.failure is not None]
+def all_described(models: Sequence[Model], jobs: int) -> tuple[dict[int, Described], list[dict[str, str]]]:
+    """By index, and those that cannot be described, with the reasons."""
+    outcomes = in_order(described, models, jobs, "describing")
+    failed = [{"name": models[each.task].name, "reason": each.failure} for each in outcomes if each.failure is not None]
     for failure in failed:
-        print(f"{failure.name}: {failure.reason}", file=sys.stderr)
+        say(f"{failure['name']}: {failure['reason']}")
     return {each.task: each.result for each in outcomes if each.failure is None}, failed
+
+
+def given(mesh: Mesh) -> Mesh:
+    """The mesh of a model that is in memory already."""
+    return mesh
 
 
 def dissimilarities(
@@ -109,13 +102,13 @@ def evaluation(
     related: Relatives,
     own_methods: Sequence[str],
 ) -> tuple[dict[str, dict[str, Any]], np.ndarray]:
-    """The measures of every method, and the first method's order of the models for each query; prints a table."""
-    print(f"{'method':18} {'NDCG':>6} {'ADR':>6} {'both in top 10':>15} {'NN':>6}")
+    """The measures of every method, and the first method's order of the models for each query; says a table."""
+    say(f"{'method':18} {'NDCG':>6} {'ADR':>6} {'both in top 10':>15} {'NN':>6}")
     methods, orders = {}, []
     for name, matrix in dissimilarities(queries, models, own_methods):
-        found = measured(matrix, [source.labels for source in sources], labels, related)
+        found = judged(matrix, [source.labels for source in sources], labels, related)
         count = f"{found['both_in_top_10']} of {len(queries)}"
-        print(f"{name:18} {found['ndcg']:6.3f} {found['adr']:6.3f} {count:>15} {found['nn']:6.3f}", flush=True)
+        say(f"{name:18} {found['ndcg']:6.3f} {found['adr']:6.3f} {count:>15} {found['nn']:6.3f}")
         methods[name] = found
         orders.append(np.argsort(matrix, axis=1, kind="stable"))
     return methods, orders[0]
@@ -134,58 +127,43 @@ def draw(
     sheet(rows, path)
 
 
-def run(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Everything there is to say about one collection."""
-    folder, jobs = arguments.folder, arguments.jobs
-    start = time.perf_counter()
-    given = collection(folder)
-    found, failed = all_described([source for source, _ in given], jobs)
-    models, labels = list(found.values()), [given[index][1] for index in found]
-    made = list(
-        composites([(m.mesh, label) for m, label in zip(models, labels, strict=True)], arguments.count, arguments.seed)
-    )
-    answers, lost = all_described([composite.mesh for composite in made], jobs)
+def measured(arguments: argparse.Namespace) -> tuple[dict[str, Any], Callable[[Path], None]]:
+    """Everything there is to say about one collection, and what draws the first method's answers."""
+    collection = models_in(arguments.folder)
+    found, failed = all_described(collection, arguments.jobs)
+    models, labels = list(found.values()), [collection[index].label for index in found]
+    solids = [(each.mesh, label) for each, label in zip(models, labels, strict=True)]
+    made = list(composites(solids, arguments.count, arguments.seed))
+    asked = [Model(each.mesh.name, " + ".join(each.labels), given, (each.mesh,)) for each in made]
+    answers, lost = all_described(asked, arguments.jobs)
     queries, sources = list(answers.values()), [made[index] for index in answers]
-    related = relatives(folder)
+    related = relatives(arguments.folder)
     methods, order = evaluation(queries, sources, models, labels, related, arguments.methods)
-    if arguments.picture:
-        grades = graded([source.labels for source in sources], labels, related)
-        draw(arguments.picture, sources, grades, order, [model.mesh for model in models])
-    return {
-        "collection": folder.resolve().name if folder else "creatures",
+    grades = graded([source.labels for source in sources], labels, related)
+    picture = ft.partial(draw, sources=sources, grades=grades, order=order, models=[each.mesh for each in models])
+    facts = {
+        "collection": name_of(arguments.folder),
         "objects": len(models),
-        "failed": [dataclasses.asdict(failure) for failure in failed + lost],
-        "seed": arguments.seed,
+        "failed": failed + lost,
         "queries": [{"sources": source.sources, "classes": source.labels} for source in sources],
         "related": {label: sorted(related[label]) for label in sorted(set(labels) & related.keys())},
         "methods": methods,
-        "seconds": time.perf_counter() - start,
     }
+    return facts, picture
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description="Composite queries: this method and the baselines.")
-    parser.add_argument("folder", nargs="?", type=Path, metavar="DIR")
-    parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the figures here, too")
-    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw queries with their best results")
-    parser.add_argument("--jobs", type=int, default=cores())
-    parser.add_argument("--count", type=int, default=30, help="composites")
+def options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("folder", nargs="?", type=Path, metavar="DIR", help="by default the built-in creatures")
+    parser.add_argument("--count", type=int, default=30, metavar="N", help="composites")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), help="the paper's is slow")
-    arguments = parser.parse_args()
-    configure_jax(cache=False)
-    results = {
-        "versions": versions(),
-        "settings": {
-            name: run_settings(Extraction(), matching)
-            for name, matching in METHODS.items()
-            if name in arguments.methods
-        },
-        **run(arguments),
-    }
+    jobs_option(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    use_every_core()
+    settings = {name: run_settings(Extraction(), METHODS[name]) for name in arguments.methods}
+    (facts, picture), seconds = timed(lambda: measured(arguments))
+    record(arguments, {"settings": settings, **facts, "seconds": seconds})
     if arguments.out:
-        write(arguments.out, results)
-
-
-if __name__ == "__main__":
-    main()
+        picture(arguments.out.with_suffix(".png"))

@@ -1,9 +1,9 @@
-"""Speed and quality of the engine: what bounds it, how it grows, and others on the same pairs in the same run.
+"""Speed of the engine: what bounds it, how it grows, and fdasrsf on the same pairs.
 
-    python benchmarks/engine.py [--quick | --full] [--baseline COMMIT] [--out FILE.json] [--picture FILE.png]
+    python -m benchmarks engine [--quick | --full] [--baseline COMMIT] [--out FILE.json]
 
-JSON on stdout, progress on stderr. The curves are random closed curves of five Fourier modes in R^3, 100 samples by arc
-length.
+The curves are random closed curves of five Fourier modes in R^3, 100 samples by arc length. With `--out` a picture of
+the scaling is drawn beside the file.
 
     first_calls  seconds of a first call in a new process, without compiled code on disk and with it
     speeds       pairs a second of `align` and `distance_matrix`, by preset
@@ -22,10 +22,7 @@ It takes some minutes; `--quick` about two, without `accurate` and with figures 
 """
 
 import argparse
-import json
-import os
 import tempfile
-import time
 import warnings
 from collections.abc import Callable
 from contextlib import nullcontext
@@ -35,17 +32,19 @@ from pathlib import Path
 import jax
 import jax.numpy as jnp
 import numpy as np
-from _baseline import checkout
-from _measure import PRESETS, fourier_curves, least_seconds, rounded, say
-from _record import machine, versions, write
-from _runs import Engine, Lengths, against_pairs, against_samples, first_calls, new_samples, picture, speeds
-from _stages import stages
 
 import curvematch_jax as cm
 from curvematch_jax.elastic._geodesic import joined, straighten
 from curvematch_jax.elastic._matched import srvfs_along
 
+from ._elsewhere import checkout
+from ._measure import PRESETS, fourier_curves, least_seconds, say, timed
+from ._record import record
+from ._runs import Engine, Lengths, against_pairs, against_samples, first_calls, new_samples, speeds
+from ._stages import stages
+
 _GEODESIC_STEPS = 6
+_LINES = {"rigid": ("#555555", "--", "s"), "fast": ("#2b6cb0", "-", "o"), "accurate": ("#d7301f", ":", "^")}
 
 
 @dataclass(frozen=True)
@@ -80,29 +79,27 @@ class Plan:
         return cls(sides=(("rigid", (32, 100, 316, 1000)), ("fast", (32, 100, 316, 1000))))
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description="Speed and quality of the engine.")
+def options(parser: argparse.ArgumentParser) -> None:
     much = parser.add_mutually_exclusive_group()
-    much.add_argument("--quick", action="store_const", dest="plan", const=Plan.quick(), help="about two minutes")
-    much.add_argument("--full", action="store_const", dest="plan", const=Plan.full(), help="a million fast pairs too")
-    parser.add_argument("--baseline", metavar="COMMIT", help="whose package is measured as well; the first: 7435b05")
-    parser.add_argument("--out", type=Path, metavar="FILE.json")
-    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="of the scaling")
-    parser.set_defaults(plan=Plan())
-    options = parser.parse_args()
-    results = report(options.plan, options.baseline)
-    print(json.dumps(rounded(results), indent=1, allow_nan=False))
-    if options.out:
-        write(options.out, rounded(results))
-    if options.picture:
-        options.picture.parent.mkdir(parents=True, exist_ok=True)
-        picture(results["scaling"]["pairs"], results["scaling"]["samples"], options.picture)
+    much.add_argument("--quick", action="store_true", help="about two minutes")
+    much.add_argument("--full", action="store_true", help="a million fast pairs too")
+    parser.add_argument("--baseline", metavar="COMMIT", help="whose package is measured as well")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    plan = Plan.quick() if arguments.quick else Plan.full() if arguments.full else Plan()
+    results = report(plan, arguments.baseline)
+    record(arguments, results)
+    if arguments.out:
+        picture(results["scaling"]["pairs"], results["scaling"]["samples"], arguments.out.with_suffix(".png"))
 
 
 def report(plan: Plan, baseline: str | None) -> dict:
     """Everything there is to say about the engine."""
-    device = jax.devices()[0].device_kind
-    results: dict = {"versions": versions("fdasrsf"), "machine": machine() | {"of": os.cpu_count(), "device": device}}
+    results: dict = {
+        "presets": {name: str(PRESETS[name]) for name, _ in plan.speeds},
+        "device": jax.devices()[0].device_kind,
+    }
     with tempfile.TemporaryDirectory() as folder:
         engine = Engine(Path(folder) / "engine")
         with checkout(baseline) if baseline else nullcontext() as package:
@@ -190,9 +187,9 @@ def beside_fdasrsf(first: np.ndarray, second: np.ndarray, speeds: dict) -> dict:
         warnings.simplefilter("ignore")
         from fdasrsf.curve_functions import elastic_distance_curve
 
-    start = time.perf_counter()
-    theirs = np.array([distance_by(elastic_distance_curve, a, b) for a, b in zip(first, second, strict=True)])
-    rate = len(first) / (time.perf_counter() - start)
+    pairs = list(zip(first, second, strict=True))
+    theirs, seconds = timed(lambda: np.array([distance_by(elastic_distance_curve, a, b) for a, b in pairs]))
+    rate = len(first) / seconds
     compared: dict = {"pairs": len(first), "pairs_per_second": rate}
     for name, measured in speeds.items():
         ours = np.asarray(cm.align(first, second, PRESETS[name]).distance)
@@ -210,5 +207,33 @@ def distance_by(elastic_distance_curve: Callable, a: np.ndarray, b: np.ndarray) 
     return float(elastic_distance_curve(*closed, closed=1, rotation=True, scale=False)[0])
 
 
-if __name__ == "__main__":
-    main()
+def picture(pairs: dict[str, list], samples: list, path: Path) -> None:
+    """Draw time and memory against pairs, and time against samples; thin lines are proportional to the pairs."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.5, 3.4), layout="constrained")
+    times, memory, by_samples = figure.subplots(1, 3)
+    for preset, rows in pairs.items():
+        _line(times, rows, "pairs", "seconds", preset)
+        _line(memory, rows, "pairs", "peak_bytes", preset, scale=2**-20)
+        ends = [rows[0]["pairs"], rows[-1]["pairs"]]
+        times.plot(ends, [end / rows[-1]["pairs_per_second"] for end in ends], color="#bbbbbb", linewidth=0.7, zorder=0)
+    _line(by_samples, samples, "n", "seconds", "fast")
+    by_samples.set_xticks([row["n"] for row in samples], [str(row["n"]) for row in samples], minor=False)
+    by_samples.set_xticks([], minor=True)
+    for axes, x, y in (
+        (times, "pairs", "seconds"),
+        (memory, "pairs", "peak memory, MiB"),
+        (by_samples, "samples of a curve", f"seconds for {samples[0]['pairs']} pairs"),
+    ):
+        low, high = np.log10(axes.get_ylim())
+        axes.set(xlabel=x, ylabel=y, ylim=(10 ** np.floor(low), 10 ** np.ceil(high)))
+        axes.grid(which="major", color="#dddddd", linewidth=0.6)
+        axes.legend(frameon=False)
+    figure.savefig(path, dpi=150)
+
+
+def _line(axes, rows: list, x: str, y: str, preset: str, scale: float = 1) -> None:
+    colour, dashes, marker = _LINES[preset]
+    values = [row[y] * scale for row in rows]
+    axes.loglog([row[x] for row in rows], values, color=colour, linestyle=dashes, marker=marker, label=preset)

@@ -1,6 +1,6 @@
-"""Do feature points fall on hand-picked landmarks, and are the tips of limbs found?
+"""Whether feature points fall on hand-picked landmarks, and whether the tips of limbs are found.
 
-    python benchmarks/features.py DIR [--json FILE]
+    python -m benchmarks features DIR [--out FILE.json]
 
 DIR is a folder like the SHREC'07 watertight track: mesh files, `labels.csv` (`file,class`) and `landmarks/N.vts`
 (vertex number, x, y, z on each line; Kim, Lipman, Funkhouser: Blended intrinsic maps, SIGGRAPH 2011). Only classes
@@ -13,18 +13,18 @@ fields from which feature points are made.
 """
 
 import argparse
-import csv
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
-from _record import versions, write
 
+from curvematch_jax.datasets import labelled_folder
 from curvematch_jax.surface import Extraction, Mesh, load_mesh
 from curvematch_jax.surface._features import feature_points
 from curvematch_jax.surface._fields import Distances, distances_on
 from curvematch_jax.surface._parts import prepared
+
+from ._measure import say
+from ._record import record
 
 LIMBED = ("human", "ant", "octopus", "hand", "plier", "fourleg", "teddy", "armadillo", "bird", "airplane")
 NEAR = 0.05
@@ -79,10 +79,11 @@ def judge(mesh_path: Path, settings: Extraction) -> dict[str, int]:
 
 def limbed_models(folder: Path) -> list[tuple[Path, str]]:
     """Models of the classes with limbs that have landmarks."""
-    with open(folder / "labels.csv", newline="") as stream:
-        rows = [(folder / row["file"], row["class"]) for row in csv.DictReader(stream)]
+    landmarks = folder / "landmarks"
     return [
-        (path, kind) for path, kind in rows if kind in LIMBED and (folder / "landmarks" / f"{path.stem}.vts").is_file()
+        (path, kind)
+        for path, kind in labelled_folder(folder)
+        if kind in LIMBED and (landmarks / f"{path.stem}.vts").is_file()
     ]
 
 
@@ -97,35 +98,23 @@ def shares(rows: list[dict[str, int]]) -> dict[str, float]:
     }
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Feature points against hand-picked landmarks.")
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures here, too")
-    arguments = parser.parse_args()
-    settings, start = Extraction(), time.perf_counter()
+def options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("folder", type=Path, metavar="DIR")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    settings = Extraction()
     by_class: dict[str, list[dict[str, int]]] = {}
     for path, kind in limbed_models(arguments.folder):
         by_class.setdefault(kind, []).append(judge(path, settings))
     if not by_class:
-        print(f"{arguments.folder} has no model with landmarks of a class with limbs", file=sys.stderr)
-        return 2
+        raise ValueError(f"{arguments.folder} has no model with landmarks of a class with limbs")
     table = {kind: shares(by_class[kind]) for kind in LIMBED if kind in by_class}
     table["all"] = shares([row for rows in by_class.values() for row in rows])
-    print(f"{'class':10} models points  near a landmark  tips  found")
+    say(f"{'class':10} models points  near a landmark  tips  found")
     for kind, row in table.items():
-        print(
+        say(
             f"{kind:10} {row['models']:6} {row['points']:6}  {row['points_near_a_landmark']:15.3f}"
             f"  {row['tips']:4}  {row['tips_found']:.3f}"
         )
-    if arguments.json:
-        facts = {
-            "settings": vars(settings),
-            "seconds": time.perf_counter() - start,
-            "versions": versions(),
-        }
-        write(arguments.json, {**facts, "classes": table})
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    record(arguments, {"settings": vars(settings), "classes": table})

@@ -1,10 +1,10 @@
-"""Planar outlines by their elastic distances: how well classes are found, and how long the whole matrix takes.
+"""Planar outlines by their elastic distances: how well classes are found, and how fast.
 
-    python benchmarks/outlines.py DIR [--presets rigid fast accurate] [--samples 100] [--limit N]
+    python -m benchmarks outlines DIR [--presets rigid fast accurate] [--samples 100] [--limit N]
                                       [--baseline COMMIT] [--out FILE.json]
 
 DIR has `mpeg7_half.npz`: `curves (c, 2, n)`, closed, and `labels (c,)`; half of MPEG-7 CE-Shape-1, 20 shapes of each of
-35 classes. JSON on stdout, progress on stderr.
+35 classes.
 
 Each preset compares every two outlines, `plain`, and `mirrored`: by the smaller of the distances to an outline and to
 its mirror image, the reflection with its samples in reverse, so that it runs round the same way.
@@ -20,52 +20,48 @@ With `--baseline` the same is measured of the package of another commit, from a 
 from __future__ import annotations
 
 import argparse
-import json
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from _baseline import checkout, output_of
-from _measure import PRESETS, rounded, say
-from _record import machine, versions, write
 
 import curvematch_jax as cm
+
+from ._elsewhere import checkout, output_of
+from ._measure import PRESETS, say, timed
+from ._record import record
 
 _FILE = "mpeg7_half.npz"
 _FEW = 3  # outlines in the small call
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description="Classes of planar outlines by their elastic distances.")
-    parser.add_argument("folder", type=Path, metavar="DIR", help=f"with {_FILE}")
+def options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("folder", type=Path, metavar="DIR")
     parser.add_argument("--presets", nargs="+", choices=list(PRESETS), default=["rigid", "fast"])
-    parser.add_argument("--samples", type=int, default=100, help="of each outline, by arc length")
+    parser.add_argument("--samples", type=int, default=100, metavar="N", help="of each outline, by arc length")
     parser.add_argument("--limit", type=int, metavar="N", help="the first N of each class alone")
     parser.add_argument("--baseline", metavar="COMMIT", help="whose package is measured as well")
-    parser.add_argument("--out", type=Path, metavar="FILE.json")
-    options = parser.parse_args()
-    curves, labels = outlines(options.folder / _FILE, options.samples, options.limit)
-    results = report(curves, labels, options.presets)
-    if options.baseline:
-        say(f"the same with {options.baseline}")
-        results["baseline"] = {"commit": options.baseline, "presets": measured_at(options.baseline, options)}
-    print(json.dumps(rounded(results), indent=1, allow_nan=False))
-    if options.out:
-        write(options.out, rounded(results))
 
 
-def measured_at(commit: str, options: argparse.Namespace) -> dict:
+def run(arguments: argparse.Namespace) -> None:
+    curves, labels = outlines(arguments.folder / _FILE, arguments.samples, arguments.limit)
+    results = report(curves, labels, arguments.presets)
+    if arguments.baseline:
+        say(f"the same with {arguments.baseline}")
+        results["baseline"] = {"commit": arguments.baseline, "presets": measured_at(arguments.baseline, arguments)}
+    record(arguments, results)
+
+
+def measured_at(commit: str, arguments: argparse.Namespace) -> dict:
     """The presets of the package of another commit."""
-    given = [str(options.folder), "--samples", str(options.samples), "--presets", *options.presets]
-    given += [] if options.limit is None else ["--limit", str(options.limit)]
+    given = ["outlines", str(arguments.folder), "--samples", str(arguments.samples), "--presets", *arguments.presets]
+    given += [] if arguments.limit is None else ["--limit", str(arguments.limit)]
     with checkout(commit) as package:
-        return output_of(__file__, given, package)["presets"]
+        return output_of("benchmarks", given, package)["presets"]
 
 
 def outlines(path: Path, samples: int, limit: int | None) -> tuple[np.ndarray, np.ndarray]:
     """Outlines `(c, 2, samples)` and their classes."""
-    with np.load(path) as data:
+    with np.load(path, allow_pickle=False) as data:
         curves, labels = data["curves"], data["labels"]
     if limit is not None:
         kept = np.sort(np.concatenate([np.flatnonzero(labels == label)[:limit] for label in np.unique(labels)]))
@@ -76,8 +72,6 @@ def outlines(path: Path, samples: int, limit: int | None) -> tuple[np.ndarray, n
 def report(curves: np.ndarray, labels: np.ndarray, presets: list[str]) -> dict:
     """Scores and times of each preset."""
     return {
-        "versions": versions(),
-        "machine": machine(),
         "outlines": len(curves),
         "classes": len(np.unique(labels)),
         "samples": curves.shape[-1],
@@ -129,12 +123,3 @@ def bullseye(matrix: np.ndarray, labels: np.ndarray) -> float:
     np.fill_diagonal(nearest, -np.inf)
     hits = labels[np.argsort(nearest, axis=1, kind="stable")] == labels[:, None]
     return float(np.mean([row[: 2 * row.sum()].sum() / row.sum() for row in hits]))
-
-
-def timed(call: Callable[[], np.ndarray]) -> tuple[np.ndarray, float]:
-    start = time.perf_counter()
-    return call(), time.perf_counter() - start
-
-
-if __name__ == "__main__":
-    main()

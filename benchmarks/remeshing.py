@@ -1,6 +1,6 @@
-"""How much parts depend on the triangles: creatures and folders of models, each at several meshings.
+"""How much parts depend on the triangles: models at several meshings.
 
-    python benchmarks/remeshing.py [--poses 1] [--raw DIR --even DIR] [--out FILE.json]
+    python -m benchmarks remeshing [--poses 1] [--raw DIR --even DIR] [--out FILE.json]
 
 Every creature is made at 2,000, 5,000 and 20,000 vertices, by marching cubes as they come, decimated unevenly, and with
 every edge of one half halved. With `--raw` and `--even`, files of one name in both folders are one model twice.
@@ -15,19 +15,18 @@ Said of each model's meshings against the first:
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from _measure import say
-from _record import versions, write
 
 from curvematch_jax import Extraction, Mesh, Parts, dissimilarity_matrix, extract_parts, load_mesh
-from curvematch_jax.datasets import creature
-from curvematch_jax.datasets._plans import PLANS
+from curvematch_jax.datasets import CREATURES, creature
 from curvematch_jax.surface._prep import decimate
 from curvematch_jax.surface._refine import edge_lengths, refine
+
+from ._measure import say
+from ._record import record
 
 SIZES = (2000, 5000, 20_000)
 
@@ -88,19 +87,16 @@ def folders(raw: Path, even: Path) -> list[tuple[str, dict[str, Mesh]]]:
     return [(a.stem.rstrip("0123456789"), {"even": load_mesh(b), "raw": load_mesh(a)}) for a, b in twice]
 
 
-def main(arguments: Sequence[str]) -> None:
-    parser = argparse.ArgumentParser(description="How much parts depend on the triangles.")
-    parser.add_argument("--poses", type=int, default=1)
+def options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--poses", type=int, default=1, metavar="N", help="creatures of a class")
+    parser.add_argument("--classes", nargs="+", choices=CREATURES, default=CREATURES, metavar="NAME")
     parser.add_argument("--raw", type=Path, metavar="DIR")
     parser.add_argument("--even", type=Path, metavar="DIR")
-    parser.add_argument("--out", type=Path, metavar="FILE.json")
-    given = parser.parse_args(arguments)
-    results = {"creatures": measured([(name, meshings(name, pose)) for name in PLANS for pose in range(given.poses)])}
-    if given.raw and given.even:
-        results["folders"] = measured(folders(given.raw, given.even))
-    if given.out:
-        write(given.out, {"versions": versions(), **results})
 
 
-if __name__ == "__main__":
-    main(sys.argv[1:])
+def run(arguments: argparse.Namespace) -> None:
+    made = [(name, meshings(name, pose)) for name in arguments.classes for pose in range(arguments.poses)]
+    results = {"creatures": measured(made)}
+    if arguments.raw and arguments.even:
+        results["folders"] = measured(folders(arguments.raw, arguments.even))
+    record(arguments, results)

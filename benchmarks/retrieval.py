@@ -1,6 +1,6 @@
 """Retrieval on labelled folders of meshes: times, peak memory and every measure.
 
-    python benchmarks/retrieval.py DIR... [--out FILE.json]
+    python -m benchmarks retrieval DIR... [--preset generic] [--out FILE.json]
 
 A DIR has `labels.csv` with the columns `file,class`. TOSCA (http://tosca.cs.technion.ac.il) and the watertight track of
 SHREC'07 (http://watertight.ge.imati.cnr.it) are free for academic use and may not be redistributed.
@@ -12,122 +12,79 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import os
-import threading
-import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from _record import machine, versions, write
 
-from curvematch_jax.cli._jax import configure_jax
-from curvematch_jax.cli._output import scores_table
-from curvematch_jax.datasets import labelled_folder
-from curvematch_jax.extraction import extract_collection
-from curvematch_jax.extraction._workers import cores
-from curvematch_jax.retrieval import Matching, dissimilarity_matrix, evaluate, rerank, run_settings
+from curvematch_jax.retrieval import Matching, Scores, dissimilarity_matrix, evaluate, rerank, run_settings
 from curvematch_jax.surface import Extraction
 
-_SAMPLING_SECONDS = 0.2
+from ._measure import peak_memory, say, timed, use_every_core
+from ._models import extracted, jobs_option, name_of
+from ._record import record
+
+PRESETS = {
+    "default": Matching,
+    "articulated": Matching.articulated,
+    "generic": Matching.generic,
+    "paper": Matching.paper,
+}
+_MEASURES = ("nn", "ft", "st", "e", "dcg", "map")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description="Times, peak memory and measures of labelled folders of meshes.")
+def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folders", nargs="+", type=Path, metavar="DIR")
-    parser.add_argument("--out", type=Path, metavar="FILE.json")
-    parser.add_argument("--jobs", type=int, default=cores())
-    presets = ("default", "articulated", "generic", "paper")
-    parser.add_argument("--preset", choices=presets, default="default")
-    arguments = parser.parse_args()
-    configure_jax(cache=False)
-    matching = Matching() if arguments.preset == "default" else getattr(Matching, arguments.preset)()
-    results = {
-        "versions": versions(),
-        "machine": machine(),
-        "settings": run_settings(Extraction(), matching),
-        "collections": [measured(folder, matching, arguments.jobs) for folder in arguments.folders],
-    }
-    if arguments.out:
-        write(arguments.out, results)
+    parser.add_argument("--preset", choices=tuple(PRESETS), default="default")
+    jobs_option(parser)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    use_every_core()
+    matching = PRESETS[arguments.preset]()
+    collections = [measured(folder, matching, arguments.jobs) for folder in arguments.folders]
+    record(arguments, {"settings": run_settings(Extraction(), matching), "collections": collections})
 
 
 def measured(folder: Path, matching: Matching, jobs: int) -> dict[str, object]:
     """Everything there is to say about one collection; prints it as it comes."""
-    labelled = labelled_folder(folder)
     with peak_memory() as peak:
-        started = time.perf_counter()
-        made = extract_collection([path for path, _ in labelled], jobs=jobs, progress=True)
-        parts, failed = list(made.parts), made.failures
-        extracted = time.perf_counter()
-        matrix = dissimilarity_matrix(parts, matching, progress=True)
-        seconds = {"parts": extracted - started, "matrix": time.perf_counter() - extracted}
-    classes = {path.name: label for path, label in labelled}
-    labels = [classes[p.name] for p in parts]
+        (parts, labels, failed), extracting = timed(lambda: extracted(folder, Extraction(), jobs))
+        matrix, comparing = timed(lambda: dissimilarity_matrix(parts, matching, progress=sys.stderr.isatty()))
+    name = name_of(folder)
     measures = {}
-    for name, values in (("as it is", matrix), ("re-ranked", rerank(matrix))):
+    for kind, values in (("as it is", matrix), ("re-ranked", rerank(matrix))):
         scores = evaluate(values, labels) if repeated(labels) else None
-        measures[name] = scores.summary() if scores else None
+        measures[kind] = scores.summary() if scores else None
         if scores:
-            print(f"\n{folder.name}, {name}\n{scores_table(scores)}")
+            say(f"\n{name}, {kind}\n{table(scores)}")
     counts = np.array([len(p.areas) for p in parts])
-    print(
-        f"\n{folder.name}: {len(parts)} of {len(labelled)} objects, {counts.sum()} parts, "
-        f"parts {seconds['parts']:.0f} s, matrix {seconds['matrix']:.0f} s, peak {max(peak) / 2**30:.2f} GiB"
+    say(
+        f"\n{name}: {len(parts)} of {len(parts) + len(failed)} objects, {counts.sum()} parts, "
+        f"parts {extracting:.0f} s, matrix {comparing:.0f} s, peak {max(peak) / 2**30:.2f} GiB"
     )
     return {
-        "collection": folder.name,
+        "collection": name,
         "objects": len(parts),
         "failed": [dataclasses.asdict(failure) for failure in failed],
         "parts": int(counts.sum()),
         "part_pairs": int(counts.sum() ** 2 - (counts**2).sum()) // 2,
-        "seconds": seconds,
+        "seconds": {"parts": extracting, "matrix": comparing},
         "peak_bytes": max(peak),
         "measures": measures,
     }
 
 
+def table(scores: Scores) -> str:
+    """The measures of each class and of all queries."""
+    rows = {**scores.by_class(), "all": {key: getattr(scores, key) for key in _MEASURES}}
+    lines = [f"{'':20}" + "".join(f"{key.upper():>8}" for key in _MEASURES)]
+    return "\n".join(
+        lines + [f"{name:20}" + "".join(f"{row[key]:8.3f}" for key in _MEASURES) for name, row in rows.items()]
+    )
+
+
 def repeated(labels: Sequence[str]) -> bool:
     """Whether any class has two members."""
     return len(set(labels)) < len(labels)
-
-
-@contextmanager
-def peak_memory() -> Iterator[list[int]]:
-    """Fills a list with the resident bytes of this process and all below it, sampled while the block runs."""
-    samples, done = [0], threading.Event()
-
-    def sample() -> None:
-        while not done.wait(_SAMPLING_SECONDS):
-            samples.append(tree_bytes(os.getpid()))
-
-    thread = threading.Thread(target=sample, daemon=True)
-    thread.start()
-    try:
-        yield samples
-    finally:
-        done.set()
-        thread.join()
-
-
-def tree_bytes(root: int) -> int:
-    """Resident bytes of a process and its descendants, now."""
-    resident: dict[int, int] = {}
-    parent: dict[int, int] = {}
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            status = dict(line.split(":", 1) for line in (folder / "status").read_text().splitlines() if ":" in line)
-        except OSError:
-            continue
-        pid = int(folder.name)
-        resident[pid] = 1024 * int(status.get("VmRSS", "0").split()[0])
-        parent[pid] = int(status["PPid"])
-    family = {root}
-    while grown := {pid for pid, above in parent.items() if above in family} - family:
-        family |= grown
-    return sum(resident.get(pid, 0) for pid in family)
-
-
-if __name__ == "__main__":
-    main()

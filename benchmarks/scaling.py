@@ -1,97 +1,90 @@
-"""How retrieval grows with the collection: one query in thousands of models, and matrices of up to ten thousand.
+"""How retrieval grows with the collection: queries of thousands of models, and matrices.
 
-    python benchmarks/scaling.py [--full] [--out FILE.json]
+    python -m benchmarks scaling [--models 5000] [--indexed 5000] [--counts 100 316 1000 3162] [--out FILE.json]
 
-JSON on stdout, progress on stderr, with `--out` also a picture beside it. The models are generated parts
-(`_generated.py`). Every run has a process of its own, whose peak of memory is measured.
+With `--out` a picture of the matrices is drawn beside the file. The models are generated parts (`_generated.py`). Every
+run has a process of its own, whose peak of memory is measured.
 
-    query   default settings, 5,000 models of 4 to 10 parts with 23 levels of 100 samples: seconds to make the
+    query   default settings, models of 4 to 10 parts with 23 levels of 100 samples: seconds to make the
             collection ready, and seconds of a query by stage, compiled already, for the best ten (classes of 50), for
             the best twenty where classes have ten members, and for the whole ranking
-    index   as the first of these, from an index on disk that a process of its own opens: `--full` with 20,000 models
+    index   as the first of these, from an index on disk that a process of its own opens
     matrix  models of one part with one level of 16 samples, so that as many pairs of objects as possible are compared:
-            peak of memory and seconds a pair of objects, for 100 to 3,162 models; `--full`: to 10,000
+            peak of memory and seconds a pair of objects
+
+`--indexed 20000 --counts 10000` takes hours.
 """
 
 import argparse
 import dataclasses
 import json
 import os
-import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from _generated import generated
-from _measure import rounded, say
-from _record import machine, versions, write
-from _runs import resident_bytes
 
 from curvematch_jax import Collection, Extraction, Matching, Parts, Rigid, StoredParts, build_matrix, rank, save_parts
-from curvematch_jax._optional import require
+
+from ._elsewhere import output_of
+from ._generated import generated
+from ._measure import resident_bytes, say, timed
+from ._record import record
 
 _MODELS = 5000
 _QUERIES = 12
 _CASES = {"best_10": (100, 10), "best_20_classes_of_10": (500, 20), "whole_ranking": (100, None)}  # classes, top
-_COUNTS = (100, 316, 1000, 3162, 10000)
+_COUNTS = (100, 316, 1000, 3162)
 _SMALL = Extraction(levels=1, samples=16)
 _SMALL_ALIGNER = Rigid(grid=16, measured=False, chunk=2048)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description="How retrieval grows with the collection.")
-    parser.add_argument("--full", action="store_true", help="a matrix of 10,000 models, an index of 20,000: hours")
-    parser.add_argument("--out", type=Path, metavar="FILE.json")
-    parser.add_argument("--run", nargs=2, metavar=("WHAT", "CASE"), help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.run:
-        what, case = options.run
-        print(json.dumps({"query": query, "index": opened, "matrix": matrix}[what](case)))
-        return
-    results = report(_COUNTS if options.full else _COUNTS[:-1], 20000 if options.full else _MODELS)
-    facts: Any = rounded(results)
-    print(json.dumps(facts, indent=1, allow_nan=False))
-    if options.out:
-        write(options.out, facts)
-        picture(results["matrix"], options.out.with_suffix(".png"))
+def options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--models", type=int, default=_MODELS, metavar="N", help="in the collection that is queried")
+    parser.add_argument("--indexed", type=int, default=_MODELS, metavar="N", help="in the index on disk")
+    parser.add_argument("--counts", type=int, nargs="+", default=_COUNTS, metavar="N", help="models of the matrices")
 
 
-def report(counts: tuple[int, ...], indexed: int) -> dict:
+def run(arguments: argparse.Namespace) -> None:
+    results = report(arguments.models, arguments.indexed, arguments.counts)
+    record(arguments, results)
+    if arguments.out:
+        picture(results["matrix"], arguments.out.with_suffix(".png"))
+
+
+def report(models: int, indexed: int, counts: Sequence[int]) -> dict:
     """Everything there is to say about scaling."""
     return {
-        "versions": versions(),
-        "machine": machine() | {"load_before": os.getloadavg()[0]},
-        "query": {case: _elsewhere("query", case) for case in _CASES},
+        "load_before": os.getloadavg()[0],
+        "query": {case: _elsewhere("query", case, str(models)) for case in _CASES},
         "index": indexed_here(indexed),
         "matrix": [_elsewhere("matrix", str(count)) for count in counts],
     }
 
 
-def query(case: str) -> dict:
+def query(case: str, models: str) -> dict:
     """Queries of one kind in this process. The parts are made and forgotten one by one."""
     classes, top = _CASES[case]
-    started = time.perf_counter()
-    ready = Collection.of(generated(_MODELS, classes=classes))
-    seconds = time.perf_counter() - started
+    ready, seconds = timed(lambda: Collection.of(generated(int(models), classes=classes)))
     queries = list(generated(_QUERIES + 1, classes=classes))
     rank(queries.pop(), ready, top=top)
-    timed = [_timed(one, ready, top) for one in queries]
+    asked = [_asked(one, ready, top) for one in queries]
     return {
-        "models": _MODELS,
+        "models": int(models),
         "classes": classes,
         "top": top,
         "curves": len(ready.stack.curves),
         "ready_seconds": seconds,
-        "seconds_median": float(np.median([row["seconds"] for row in timed])),
-        "cpu_seconds_median": float(np.median([row["cpu"] for row in timed])),
-        "seconds_most": max(row["seconds"] for row in timed),
+        "seconds_median": float(np.median([row["seconds"] for row in asked])),
+        "cpu_seconds_median": float(np.median([row["cpu"] for row in asked])),
+        "seconds_most": max(row["seconds"] for row in asked),
         "stages_median": {
-            name: float(np.median([row["stages"][name] for row in timed])) for name in timed[0]["stages"]
+            name: float(np.median([row["stages"][name] for row in asked])) for name in asked[0]["stages"]
         },
-        "compared_by_shape_median": float(np.median([row["exact"] for row in timed])),
+        "compared_by_shape_median": float(np.median([row["exact"] for row in asked])),
         "peak_bytes": resident_bytes("VmHWM"),
     }
 
@@ -99,37 +92,33 @@ def query(case: str) -> dict:
 def indexed_here(models: int) -> dict:
     """An index made here, opened and asked elsewhere."""
     with tempfile.TemporaryDirectory() as name:
-        started = time.perf_counter()
-        Collection.of(generated(models)).save(Path(name) / "I")
-        seconds = time.perf_counter() - started
+        _, seconds = timed(lambda: Collection.of(generated(models)).save(Path(name) / "I"))
         stored = sum(path.stat().st_size for path in (Path(name) / "I").iterdir())
         return {"models": models, "made_seconds": seconds, "stored_bytes": stored, **_elsewhere("index", name)}
 
 
 def opened(folder: str) -> dict:
     """Queries of an index for the best ten in this process, and whether they are those of the whole ranking."""
-    started = time.perf_counter()
-    ready = Collection.open(Path(folder) / "I")
-    seconds = time.perf_counter() - started
+    ready, seconds = timed(lambda: Collection.open(Path(folder) / "I"))
     queries = list(generated(_QUERIES + 1))
     rank(queries[-1], ready, top=10)
-    timed = [_timed(one, ready, 10) for one in queries[:-1]]
+    asked = [_asked(one, ready, 10) for one in queries[:-1]]
     peak = resident_bytes("VmHWM")
     whole, best = rank(queries[0], ready), rank(queries[0], ready, top=10)
     return {
         "opened_seconds": seconds,
-        "seconds_median": float(np.median([row["seconds"] for row in timed])),
-        "cpu_seconds_median": float(np.median([row["cpu"] for row in timed])),
+        "seconds_median": float(np.median([row["seconds"] for row in asked])),
+        "cpu_seconds_median": float(np.median([row["cpu"] for row in asked])),
         "peak_bytes": peak,
         "same_as_whole": bool((whole.order[:10] == best.order[:10]).all()),
     }
 
 
-def _timed(one: Parts, ready: Collection, top: int | None) -> dict:
-    started, worked = time.perf_counter(), time.process_time()
-    ranking = rank(one, ready, top=top)
+def _asked(one: Parts, ready: Collection, top: int | None) -> dict:
+    worked = time.process_time()
+    ranking, seconds = timed(lambda: rank(one, ready, top=top))
     return {
-        "seconds": time.perf_counter() - started,
+        "seconds": seconds,
         "cpu": time.process_time() - worked,
         "stages": ranking.seconds,
         "exact": int(ranking.exact.sum()),
@@ -176,21 +165,19 @@ def _predicted(told: list[tuple[float, float]]) -> float:
     return (seconds - begun) / share * (1 - share) / max(end - seconds, 1e-9)
 
 
-def _elsewhere(what: str, case: str) -> dict:
+def _elsewhere(what: str, *case: str) -> dict:
     """The same in a new process."""
-    command = [sys.executable, __file__, "--run", what, case]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise RuntimeError(f"{what} {case} failed:\n{done.stderr}")
-    found = json.loads(done.stdout)
+    found = output_of("benchmarks.scaling", [what, *case])
     seconds = found.get("seconds_median", found.get("seconds"))
-    say(f"{what} {case}: {seconds:.2f} s, {found['peak_bytes'] / 2**20:.0f} MiB")
+    say(f"{what} {' '.join(case)}: {seconds:.2f} s, {found['peak_bytes'] / 2**20:.0f} MiB")
     return found
 
 
 def picture(rows: list[dict], path: Path) -> None:
     """Draw peak memory and the cost of a pair against the number of models."""
-    figure = require("matplotlib.figure", "plot", "drawing a picture").Figure(figsize=(7.0, 3.2), layout="constrained")
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.0, 3.2), layout="constrained")
     memory, cost = figure.subplots(1, 2)
     models = [row["models"] for row in rows]
     memory.loglog(models, [row["peak_bytes"] / 2**20 for row in rows], "o-", color="#2b6cb0", label="peak")
@@ -206,4 +193,5 @@ def picture(rows: list[dict], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    what, *case = sys.argv[1:]
+    print(json.dumps({"query": query, "index": opened, "matrix": matrix}[what](*case)))

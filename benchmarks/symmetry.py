@@ -1,13 +1,13 @@
-"""Does `symmetric_parts` find the limbs that a symmetry exchanges?
+"""Whether `symmetric_parts` finds the limbs that a symmetry exchanges.
 
-    python benchmarks/symmetry.py [FOLDER] [--out FILE.json]
+    python -m benchmarks symmetry [DIR] [--out FILE.json]   # adds to what the file holds
 
-FOLDER is like the SHREC'07 watertight track: mesh files N.off, `labels.csv` (`file,class`) and `landmarks/`, with
+DIR is like the SHREC'07 watertight track: mesh files N.off, `labels.csv` (`file,class`) and `landmarks/`, with
 `N.vts` (vertex number, x, y, z of a landmark on each line) and `C.sym.info` for the twenty models `20 (C - 1) + 1` to
 `20 C` of a class (landmarks that a symmetry exchanges on each line; Kim, Lipman, Funkhouser: Blended intrinsic maps,
 SIGGRAPH 2011). A part stands for the landmark next to its feature point, within 0.07 diameters.
 
-Without FOLDER the generated creatures are asked, standing as they are planned: the same on the left (x) as on the
+Without DIR the generated creatures are asked, standing as they are planned: the same on the left (x) as on the
 right. Two parts are exchanged when one feature point is the mirror image of the other, within 0.07 diameters. Where
 there is more symmetry than that (the arms of an octopus, nearly the legs of a spider) what it adds counts as wrong.
 
@@ -19,23 +19,22 @@ of SHREC'07, every other member of each class. The second was looked at on the w
 from __future__ import annotations
 
 import argparse
-import json
-import sys
-import time
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from _record import versions, write
-from features import read_landmarks
 
-from curvematch_jax.cli._jax import configure_jax
 from curvematch_jax.datasets import creatures, labelled_folder
 from curvematch_jax.retrieval import run_settings, symmetric_parts
 from curvematch_jax.retrieval._symmetry import SELF
 from curvematch_jax.surface import Extraction, Parts, extract_parts, load_mesh
+
+from ._measure import say, timed, use_every_core
+from ._models import name_of
+from ._record import known, record
+from .features import read_landmarks
 
 NEAR = 0.07
 MODELS_A_CLASS = 20
@@ -103,9 +102,9 @@ def of_folder(folder: Path) -> Iterator[tuple[str, Parts, Truth]]:
             yield kind, parts, landmark_truth(parts, read_landmarks(points), exchanged_landmarks(sets))
 
 
-def of_creatures() -> Iterator[tuple[str, Parts, Truth]]:
+def of_creatures(individuals: int) -> Iterator[tuple[str, Parts, Truth]]:
     """Class, parts and truth of the creatures at rest; another seed is another individual."""
-    for seed in range(INDIVIDUALS):
+    for seed in range(individuals):
         for made in creatures(poses=1, seed=seed):
             parts = extract_parts(made.mesh)
             yield made.label, parts, mirror_truth(parts)
@@ -116,9 +115,8 @@ def measured(models: Iterable[tuple[str, Parts, Truth]]) -> tuple[dict[str, list
     by_class: defaultdict[str, list[Counts]] = defaultdict(list)
     seconds = []
     for kind, parts, truth in models:
-        start = time.perf_counter()
-        groups = symmetric_parts(parts)
-        seconds.append(time.perf_counter() - start)
+        groups, taken = timed(lambda parts=parts: symmetric_parts(parts))
+        seconds.append(taken)
         by_class[kind].append(compared(groups, truth))
     return by_class, seconds
 
@@ -143,39 +141,32 @@ def table(by_class: dict[str, list[Counts]], halves: bool) -> dict[str, dict[str
     return rows
 
 
-def print_table(rows: dict[str, dict[str, float | None]]) -> None:
-    """On stdout."""
-    print(f"{'class':12} models  pairs  exchanged  found   both  precision  recall")
+def say_table(rows: dict[str, dict[str, float | None]]) -> None:
+    say(f"{'class':12} models  pairs  exchanged  found   both  precision  recall")
     for kind, r in rows.items():
         shares = ["-" if r[name] is None else f"{r[name]:.3f}" for name in ("precision", "recall")]
-        print(
+        say(
             f"{kind:12} {r['models']:6} {r['pairs']:6} {r['exchanged']:10} {r['found']:6} {r['both']:6}"
             f"  {shares[0]:>9}  {shares[1]:>6}"
         )
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Symmetric parts against hand-picked landmarks, or planned limbs.")
-    parser.add_argument("folder", type=Path, nargs="?", help="by default the generated creatures")
-    parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the figures here, too; others are kept")
-    arguments = parser.parse_args()
-    configure_jax(cache=False)
-    by_class, seconds = measured(of_folder(arguments.folder) if arguments.folder else of_creatures())
+def options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("folder", type=Path, nargs="?", metavar="DIR", help="by default the generated creatures")
+    parser.add_argument("--individuals", type=int, default=INDIVIDUALS, metavar="N", help="creatures of each class")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Collections that the file holds are kept."""
+    use_every_core()
+    folder = arguments.folder
+    by_class, seconds = measured(of_folder(folder) if folder else of_creatures(arguments.individuals))
     if not by_class:
-        print(f"{arguments.folder} has no model with landmarks", file=sys.stderr)
-        return 2
-    rows = table(by_class, halves=arguments.folder is not None)
-    print_table(rows)
-    print(f"{np.median(seconds):.2f} seconds a model (median), beyond its extraction")
-    if arguments.out:
-        results = json.loads(arguments.out.read_text()) if arguments.out.exists() else {"collections": {}}
-        results["versions"] = versions()
-        results["settings"] = {"near": NEAR, **run_settings(Extraction(), SELF)}
-        name = arguments.folder.name if arguments.folder else "creatures"
-        results["collections"][name] = {"median_seconds": float(np.median(seconds)), "classes": rows}
-        write(arguments.out, results)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        raise ValueError(f"{folder} has no model with landmarks")
+    rows = table(by_class, halves=folder is not None)
+    say_table(rows)
+    median = float(np.median(seconds))
+    say(f"{median:.2f} seconds a model (median), beyond its extraction")
+    collections = known(arguments).get("collections", {})
+    collections[name_of(folder)] = {"median_seconds": median, "classes": rows}
+    record(arguments, {"settings": {"near": NEAR, **run_settings(Extraction(), SELF)}, "collections": collections})

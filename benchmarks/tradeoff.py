@@ -1,26 +1,25 @@
-"""Accuracy against speed: how far settings of the elastic aligner stay above the best distances known, and how fast.
+"""Accuracy of alignments against their speed, by settings of the elastic aligner.
 
-    python benchmarks/tradeoff.py YARDSTICK.npz [--settings NAME...] [--repeat 8] [--out FILE.json] [--picture FILE.png]
+    python -m benchmarks tradeoff YARDSTICK.npz [--settings NAME...] [--repeat 8] [--out FILE.json]
 
 The yardstick has groups of curves, `NAME (c, d, n)`, with `NAME_pairs (p, 2)` and the best distance known of each pair,
 `NAME_best (p,)`. Every distance is computed anew from the rotation and warps that `align` returns, in float64; what it
 is above the best one is its excess, in radians. Speed is that of `align` in float32 on the pairs of a group, repeated.
-JSON on stdout, progress on stderr.
+With `--out` a picture is drawn beside the file.
 """
 
 import argparse
 import functools as ft
-import json
 from pathlib import Path
 
 import jax
 import numpy as np
-from _measure import PRESETS, least_seconds, rounded, say
-from _record import machine, versions, write
 
 import curvematch_jax as cm
 from curvematch_jax import Aligner, Elastic, Round
-from curvematch_jax._optional import require
+
+from ._measure import PRESETS, least_seconds, say
+from ._record import record
 
 SETTINGS: dict[str, Aligner] = {
     "one coarse round": Elastic((Round(8, 48),), steps=2, knots=128, nodes=4),
@@ -36,24 +35,20 @@ SETTINGS: dict[str, Aligner] = {
 _COLOURS = ("#2b6cb0", "#d7301f", "#238b45", "#6a51a3")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description="Accuracy of elastic alignment against its speed.")
+def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("yardstick", type=Path, metavar="YARDSTICK.npz")
     parser.add_argument("--settings", nargs="+", choices=list(SETTINGS), default=list(SETTINGS))
-    parser.add_argument("--repeat", type=int, default=8, help="copies of the pairs in what is timed")
-    parser.add_argument("--out", type=Path, metavar="FILE.json")
-    parser.add_argument("--picture", type=Path, metavar="FILE.png")
-    options = parser.parse_args()
-    with np.load(options.yardstick) as data:
+    parser.add_argument("--repeat", type=int, default=8, metavar="N", help="copies of the pairs in what is timed")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    with np.load(arguments.yardstick, allow_pickle=False) as data:
         names = [name.removesuffix("_pairs") for name in data if name.endswith("_pairs")]
         groups = {name: tuple(data[name + end] for end in ("", "_pairs", "_best")) for name in names}
-    rows = {name: measured(name, SETTINGS[name], groups, options.repeat) for name in options.settings}
-    results = rounded({"versions": versions(), "machine": machine(), "settings": rows})
-    print(json.dumps(results, indent=1, allow_nan=False))
-    if options.out:
-        write(options.out, results)
-    if options.picture:
-        picture(rows, options.picture)
+    rows = {name: measured(name, SETTINGS[name], groups, arguments.repeat) for name in arguments.settings}
+    record(arguments, {"settings": rows})
+    if arguments.out:
+        picture(rows, arguments.out.with_suffix(".png"))
 
 
 def measured(name: str, aligner: Aligner, groups: dict[str, tuple[np.ndarray, ...]], repeat: int) -> dict:
@@ -88,7 +83,9 @@ def recomputed(first: np.ndarray, second: np.ndarray, found: cm.Alignment) -> np
 
 def picture(rows: dict, path: Path) -> None:
     """Draw the excess of each group against speed: the median, and dashed what 95 % of the pairs stay below."""
-    figure = require("matplotlib.figure", "plot", "drawing a picture").Figure(figsize=(7.0, 4.4), layout="constrained")
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.0, 4.4), layout="constrained")
     axes = figure.subplots()
     for colour, group in zip(_COLOURS, next(iter(rows.values()))["groups"], strict=False):
         points = [(row["groups"][group], name) for name, row in rows.items()]
@@ -103,9 +100,4 @@ def picture(rows: dict, path: Path) -> None:
     axes.set(xlabel="pairs a second of `align`", ylabel="excess over the best known, radians")
     axes.grid(which="major", color="#dddddd", linewidth=0.6)
     axes.legend(frameon=False)
-    path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=150)
-
-
-if __name__ == "__main__":
-    main()

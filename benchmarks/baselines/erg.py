@@ -15,8 +15,8 @@ from scipy.sparse.csgraph import shortest_path
 from curvematch_jax.surface import Mesh
 from curvematch_jax.surface._topology import label_components
 
-from ._common import geodesics_between
-from ._reeb import Regions, slices
+from .descriptors import geodesics_between
+from .reeb import Regions, slices
 
 SOURCES = 128
 SLICES = 32

@@ -1,14 +1,16 @@
-"""Surfaces, curves and points as one viewer sees them, painted from far to near."""
+"""What figures are drawn with: surfaces, curves and points, painted from far to near; precision against recall."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.collections import PolyCollection
 
-from curvematch_jax.pictures._canvas import new_figure
+from curvematch_jax.pictures._canvas import new_figure, save
+from curvematch_jax.pictures._colours import PALETTE
 from curvematch_jax.pictures._view import Frame, paint, shades
 from curvematch_jax.surface import Mesh
 
@@ -21,6 +23,9 @@ _TILE_INCHES = 2.1
 _CELLS = 240
 # Towards the viewer, in half tiles: curves lie on the surface, and must not be hidden by the faces that they touch.
 _LIFT = 0.03
+# Told apart without colours, too.
+_MARKERS = "os^Dv<>ph"
+_RECALL = np.linspace(0, 1, 11)
 _SEAM_WIDTH = 0.4  # in the face's own colour, over the seams that anti-aliasing leaves
 
 
@@ -95,6 +100,20 @@ def points(axes: Axes, places: np.ndarray, frame: Frame, colours: np.ndarray, na
             continue
         box = {"boxstyle": "round,pad=0.18", "facecolor": colours[k], "edgecolor": "white", "linewidth": 0.5}
         axes.text(x, y, str(names[k]), fontsize=5.5, color="white", ha="center", va="center", bbox=box)
+
+
+def precision_recall(curves: Mapping[str, Sequence[float]], path: Path, title: str = "") -> None:
+    """Draw 11-point interpolated precision of several methods; the first is drawn on top of the others."""
+    figure = new_figure(5.2, 4.0)
+    axes = figure.add_subplot()
+    for k, (name, precision) in enumerate(curves.items()):
+        axes.plot(_RECALL, precision, color=PALETTE[k % len(PALETTE)], marker=_MARKERS[k % len(_MARKERS)], label=name,
+                  markersize=4, linewidth=2.2 if k == 0 else 1.2, zorder=len(curves) - k + 2)  # fmt: skip
+    axes.set(xlim=(-0.02, 1.02), ylim=(0, 1.03), xlabel="recall", ylabel="interpolated precision", title=title)
+    axes.grid(color="#dddddd", linewidth=0.6)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(fontsize=8, frameon=False, loc="lower left")
+    save(figure, path)
 
 
 def _filled(corners: np.ndarray, colour: np.ndarray, lit: np.ndarray) -> Layer:

@@ -1,16 +1,10 @@
-import json
 import math
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks import _graded
 from curvematch_jax.datasets import CREATURES
-
-SCRIPT = Path(__file__).parents[2] / "benchmarks" / "composites.py"
 
 
 def test_grades_are_two_for_both_sources_and_one_for_their_relatives():
@@ -26,7 +20,7 @@ def test_grades_are_two_for_both_sources_and_one_for_their_relatives():
 def test_measures_of_two_rankings():
     labels = ["human", "fish", "ape", "bird"]
     related = {"human": frozenset({"ape"})}
-    found = _graded.measured(np.array([[1, 2, 3, 4], [4, 3, 2, 1]]), [("human", "fish")] * 2, labels, related)
+    found = _graded.judged(np.array([[1, 2, 3, 4], [4, 3, 2, 1]]), [("human", "fish")] * 2, labels, related)
     # Grades 0, 1, 2, 2 from the first to the last, where 2, 2, 1, 0 would be ideal.
     second = (0 + 1 + 2 / math.log2(3) + 2 / 2) / (2 + 2 + 1 / math.log2(3))
     assert found["nn"] == 0.5
@@ -40,9 +34,9 @@ def test_measures_of_two_rankings():
 
 def test_both_classes_have_to_be_among_the_first_ten():
     labels = ["cat"] * 10 + ["dog"]
-    found = _graded.measured(np.arange(11.0)[None], [("dog", "cat")], labels, {})
+    found = _graded.judged(np.arange(11.0)[None], [("dog", "cat")], labels, {})
     assert found["both_in_top_10"] == 0
-    assert _graded.measured(-np.arange(11.0)[None], [("dog", "cat")], labels, {})["both_in_top_10"] == 1
+    assert _graded.judged(-np.arange(11.0)[None], [("dog", "cat")], labels, {})["both_in_top_10"] == 1
 
 
 def test_table_of_related_classes():
@@ -64,25 +58,3 @@ def test_a_folder_may_name_its_own(tmp_path):
     with pytest.raises(ValueError, match="the first line must name the columns class,related"):
         _graded.relatives(tmp_path)
     assert "centaur" in _graded.relatives(tmp_path / "nowhere")
-
-
-@pytest.mark.slow
-def test_script_judges_every_method(tmp_path):
-    pytest.importorskip("manifold3d")
-    trimesh = pytest.importorskip("trimesh")
-    from benchmarks.baselines import BASELINES
-    from curvematch_jax.datasets import creature
-
-    for kind in ("human", "horse"):
-        (tmp_path / kind).mkdir()
-        for pose in (0, 1):
-            mesh = creature(kind, pose, vertices=1500).mesh
-            trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(tmp_path / kind / f"{pose}.off")
-    out, picture = tmp_path / "out" / "figures.json", tmp_path / "sheet.png"
-    command = [sys.executable, str(SCRIPT), str(tmp_path), "--count", "2", "--out", str(out), "--picture", str(picture)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    found = json.loads(out.read_text())
-    assert list(found["methods"]) == ["default", "paper", *(baseline.name for baseline in BASELINES)]
-    assert all(method["ndcg"] == 1 and method["both_in_top_10"] == 2 for method in found["methods"].values())
-    assert all(name in done.stdout for name in found["methods"])
-    assert picture.stat().st_size > 10_000

@@ -1,4 +1,3 @@
-import subprocess
 import sys
 from pathlib import Path
 
@@ -6,21 +5,18 @@ import numpy as np
 import pytest
 
 import curvematch_jax as cm
+from benchmarks._elsewhere import checkout, output_of
+from benchmarks._measure import fourier_curves
+from benchmarks._record import commit
+from benchmarks._runs import Engine, Lengths, Matrix, NewSamples
+from benchmarks._stages import stages
+from benchmarks.engine import geodesics, picture, times_faster
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 RIGID = cm.Rigid(grid=16, chunk=4)
 ELASTIC = cm.Elastic((cm.Round(2, 8, 2),), steps=1, knots=8, chunk=4)
 
 
-@pytest.fixture(autouse=True)
-def folder_of_scripts(monkeypatch):
-    """As for a script that runs there."""
-    monkeypatch.syspath_prepend(str(BENCHMARKS))
-
-
 def test_curves_are_sampled_by_arc_length():
-    from _measure import fourier_curves
-
     curves = fourier_curves(0, 3, 200)
     steps = np.linalg.norm(np.diff(curves, axis=-1, append=curves[..., :1]), axis=1)
     assert curves.dtype == np.float32
@@ -30,9 +26,6 @@ def test_curves_are_sampled_by_arc_length():
 
 @pytest.mark.parametrize("aligner", [RIGID, pytest.param(ELASTIC, marks=pytest.mark.slow)])
 def test_stages_add_up_to_the_whole(aligner):
-    from _measure import fourier_curves
-    from _stages import stages
-
     report = stages(aligner, fourier_curves(0, 4, 20), fourier_curves(1, 4, 20))
     assert {report["align_bound_by"], report["distance_matrix_bound_by"]} <= set(report["stages"])
     assert sum(stage["share"] for stage in report["stages"].values()) == pytest.approx(1)
@@ -43,17 +36,13 @@ def test_stages_add_up_to_the_whole(aligner):
 
 @pytest.mark.slow
 def test_geodesics_are_rates():
-    from _measure import fourier_curves
-    from engine import geodesics
-
     first, second = fourier_curves(0, 2, 20), fourier_curves(1, 2, 20)
     assert geodesics(first, second, RIGID)["straightened_per_second"] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is read from what Linux says of a process")
 def test_runs_in_processes_of_their_own_measure_time_and_memory(tmp_path):
-    from _runs import Engine, Lengths, Matrix
-
     engine = Engine(tmp_path)
     found = engine.run(Matrix("rigid", 5, n=20))
     assert found["pairs"] == 25
@@ -66,30 +55,24 @@ def test_runs_in_processes_of_their_own_measure_time_and_memory(tmp_path):
 
 
 def test_calls_with_other_numbers_of_samples_are_told_one_by_one():
-    from _runs import NewSamples
-
     found = NewSamples("resample", (30, 20, 25), 2).measured()
     assert found["first_seconds"] > 0
     assert list(found["seconds"]) == ["20", "25"]
 
 
-def test_the_package_of_another_commit_is_the_one_that_runs(tmp_path):
-    from _baseline import checkout, output_of
-
-    if subprocess.run(["git", "rev-parse", "HEAD"], cwd=BENCHMARKS, capture_output=True, check=False).returncode:
+def test_the_package_of_another_commit_is_the_one_that_runs(tmp_path, monkeypatch):
+    if commit() is None:
         pytest.skip("not in a repository")
-    script = tmp_path / "script.py"
-    script.write_text("import json, curvematch_jax; print(json.dumps(curvematch_jax.__file__))")
+    (tmp_path / "where.py").write_text("import json, curvematch_jax; print(json.dumps(curvematch_jax.__file__))")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     with checkout("HEAD") as package:
-        assert Path(output_of(str(script), [], package)).is_relative_to(package.resolve())
+        assert Path(output_of("where", [], package)).is_relative_to(package.resolve())
     assert not package.exists()
     with pytest.raises(RuntimeError, match="no package of no-such-commit"), checkout("no-such-commit"):
         pass
 
 
 def test_times_and_rates_are_compared_where_both_have_them():
-    from engine import times_faster
-
     ours = {
         "fast": {"pairs_per_second": 6.0, "cold_seconds": 2.0, "within_limits": True},
         "seconds": {"73": 0.5},
@@ -101,19 +84,7 @@ def test_times_and_rates_are_compared_where_both_have_them():
 
 def test_picture_is_drawn(tmp_path):
     image = pytest.importorskip("matplotlib.image")
-    from _runs import picture
-
     row = lambda pairs, n=100: {"pairs": pairs, "n": n, "seconds": pairs / 1e4, "pairs_per_second": 1e4}  # noqa: E731
     rows = [row(pairs) | {"peak_bytes": 2**28 + 8 * pairs} for pairs in (1000, 10**4, 10**6)]
     picture({"rigid": rows, "fast": rows[:2]}, [row(1024, n) for n in (50, 100, 200)], tmp_path / "scaling.png")
     assert image.imread(tmp_path / "scaling.png").std() > 0.05
-
-
-def test_results_are_rounded_and_the_options_explained():
-    from _measure import rounded
-    from engine import Plan
-
-    assert rounded({"a": [1.23456789e-7, 3], "b": None}) == {"a": [1.2346e-7, 3], "b": None}
-    assert dict(Plan.full().sides)["fast"][-1] == 1000
-    command = [sys.executable, str(BENCHMARKS / "engine.py"), "--help"]
-    assert "--quick" in subprocess.run(command, capture_output=True, text=True, check=True).stdout

@@ -1,23 +1,10 @@
-import importlib
-import json
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import curvematch_jax as cm
+from benchmarks import outlines
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 RIGID = cm.Rigid(grid=32, measured=False, chunk=16)
-
-
-@pytest.fixture(name="script")
-def fixture_script(monkeypatch):
-    """As for a script that runs there."""
-    monkeypatch.syspath_prepend(str(BENCHMARKS))
-    return importlib.import_module("outlines")
 
 
 @pytest.fixture(name="shapes")
@@ -33,7 +20,7 @@ def fixture_shapes():
     return curves.astype(np.float32), np.repeat(["ellipse", "comma"], 3)
 
 
-def test_bullseye_by_hand(script):
+def test_bullseye_by_hand():
     """The nearest four of each, itself first: of the first two they hold both of the class, of the others one."""
     labels = np.array(["a", "a", "b", "b", "c", "c"])
     order = [
@@ -42,46 +29,35 @@ def test_bullseye_by_hand(script):
         *([k, 0, 1, *{2, 3, 4, 5} - {k, k ^ 1}, k ^ 1] for k in range(2, 6)),
     ]
     matrix = np.argsort(order, axis=1).astype(float)
-    assert script.bullseye(matrix, labels) == pytest.approx((2 * 1 + 4 * 0.5) / 6)
-    assert script.bullseye(np.where(np.eye(6), 9, matrix), labels) == pytest.approx((2 * 1 + 4 * 0.5) / 6)
+    assert outlines.bullseye(matrix, labels) == pytest.approx((2 * 1 + 4 * 0.5) / 6)
+    assert outlines.bullseye(np.where(np.eye(6), 9, matrix), labels) == pytest.approx((2 * 1 + 4 * 0.5) / 6)
 
 
-def test_mirror_images_run_the_same_way_and_are_near(script, shapes):
+def test_mirror_images_run_the_same_way_and_are_near(shapes):
     curves, _ = shapes
-    mirrored = script.mirror_images(curves)
+    mirrored = outlines.mirror_images(curves)
     area = lambda c: np.sum(c[:, 0] * np.roll(c[:, 1], -1, -1) - c[:, 1] * np.roll(c[:, 0], -1, -1), axis=1)  # noqa: E731
     np.testing.assert_allclose(area(mirrored), area(curves), rtol=1e-5)
-    found = script.between(curves, mirrored, RIGID)
+    found = outlines.between(curves, mirrored, RIGID)
     np.testing.assert_array_equal(found, found.T)
     np.testing.assert_allclose(found, np.where(np.eye(6), 0, cm.distance_matrix(curves, mirrored, RIGID)), atol=1e-2)
     assert found[3, 4] < 0.1 < cm.distance_matrix(curves, aligner=RIGID)[3, 4]
 
 
-def test_scores_with_mirror_images_are_better(script, shapes, monkeypatch):
+def test_scores_with_mirror_images_are_better(shapes, monkeypatch):
     curves, labels = shapes
-    monkeypatch.setitem(script.PRESETS, "rigid", RIGID)
-    rows = script.report(curves, labels, ["rigid"])["presets"]["rigid"]
+    monkeypatch.setitem(outlines.PRESETS, "rigid", RIGID)
+    rows = outlines.report(curves, labels, ["rigid"])["presets"]["rigid"]
     assert rows["mirrored"]["bullseye"] == rows["mirrored"]["nn"] == rows["mirrored"]["ft"] == 1
     assert rows["plain"]["ft"] < 1
     assert (rows["plain"]["pairs"], rows["mirrored"]["pairs"]) == (15, 30)
     assert rows["mirrored"]["seconds"] > rows["plain"]["seconds"] > 0
 
 
-def test_the_first_of_each_class_are_read(script, shapes, tmp_path):
+def test_the_first_of_each_class_are_read(shapes, tmp_path):
     curves, labels = shapes
     mixed = np.array([3, 0, 4, 1, 5, 2])
     np.savez(tmp_path / "mpeg7_half.npz", curves=curves[mixed], labels=labels[mixed])
-    found, names = script.outlines(tmp_path / "mpeg7_half.npz", 32, 2)
+    found, names = outlines.outlines(tmp_path / "mpeg7_half.npz", 32, 2)
     assert found.shape == (4, 2, 32)
     assert names.tolist() == ["comma", "ellipse", "comma", "ellipse"]
-
-
-@pytest.mark.slow
-def test_the_script_writes_what_it_prints(shapes, tmp_path):
-    curves, labels = shapes
-    np.savez(tmp_path / "mpeg7_half.npz", curves=curves, labels=labels)
-    command = [sys.executable, str(BENCHMARKS / "outlines.py"), str(tmp_path), "--presets", "rigid", "--samples", "32"]
-    done = subprocess.run([*command, "--out", str(tmp_path / "a.json")], capture_output=True, text=True, check=True)
-    results = json.loads(done.stdout)
-    assert results == json.loads((tmp_path / "a.json").read_text())
-    assert results["presets"]["rigid"]["mirrored"]["nn"] == 1

@@ -1,5 +1,4 @@
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,14 +8,9 @@ from curvematch_jax.datasets import creature
 from curvematch_jax.surface import Extraction, MeshError, extract_parts
 from curvematch_jax.surface._topology import is_closed_manifold
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+pytest.importorskip("manifold3d")
 
-
-@pytest.fixture(autouse=True)
-def folder_of_scripts(monkeypatch):
-    """As for a script that runs there."""
-    monkeypatch.syspath_prepend(str(BENCHMARKS))
-    pytest.importorskip("manifold3d")
+from benchmarks import shortcut
 
 
 def genus(mesh):
@@ -25,27 +19,21 @@ def genus(mesh):
 
 @pytest.mark.parametrize(("kind", "handles"), [("human", 0), ("teapot", 1)])
 def test_a_short_cut_is_one_more_handle(kind, handles):
-    from _bridge import with_short_cut
-
     mesh = creature(kind, 1, vertices=1500).mesh
-    joined, gain = with_short_cut(mesh, 0.03)
+    joined, gain = shortcut.with_short_cut(mesh, 0.03)
     assert genus(mesh) == handles
     assert genus(joined) == handles + 1
     assert is_closed_manifold(joined.vertices, joined.faces)
     assert gain > 1.4
-    np.testing.assert_array_equal(with_short_cut(mesh, 0.03)[0].vertices, joined.vertices)
+    np.testing.assert_array_equal(shortcut.with_short_cut(mesh, 0.03)[0].vertices, joined.vertices)
 
 
 def test_a_bridge_as_wide_as_the_body_fits_nowhere():
-    from _bridge import with_short_cut
-
     with pytest.raises(MeshError, match="limbed: no place for a bridge"):
-        with_short_cut(limbed(subdivisions=3), 3.0)
+        shortcut.with_short_cut(limbed(subdivisions=3), 3.0)
 
 
 def test_what_changes_between_parts(monkeypatch):
-    import shortcut
-
     monkeypatch.setattr(shortcut, "elastic", lambda first, _: [0.25] * len(first))  # takes long to compile
     before = extract_parts(limbed(subdivisions=3), Extraction(radius=0.4, levels=3, samples=32, vertices=640))
     same = shortcut.changes([(before, before, 6.0)])

@@ -1,37 +1,26 @@
 """The ground truth of the symmetry benchmark, and what it counts."""
 
-import importlib
-from pathlib import Path
-
 import numpy as np
-import pytest
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-
-
-@pytest.fixture(name="script")
-def fixture_script(monkeypatch):
-    """As for a script that runs there."""
-    monkeypatch.syspath_prepend(str(BENCHMARKS))
-    return importlib.import_module("symmetry")
+from benchmarks import symmetry
 
 
-def test_sets_are_lines_of_numbers_and_remarks_are_passed_over(script, tmp_path):
+def test_sets_are_lines_of_numbers_and_remarks_are_passed_over(tmp_path):
     file = tmp_path / "1.sym.info"
     file.write_text("0 3 \n1\n\n0: one end\n1: the other end\n")
-    sets = script.exchanged_landmarks(file)
+    sets = symmetry.exchanged_landmarks(file)
     assert sorted(sets) == [0, 1, 3]
     assert sets[0] == sets[3] != sets[1]
 
 
-def test_pairs_of_one_landmark_and_unknown_parts_are_not_counted(script):
+def test_pairs_of_one_landmark_and_unknown_parts_are_not_counted():
     """Parts 0 and 1 stand for one landmark, 2 for its counterpart, 3 for another, and 4 for none."""
-    truth = script.Truth(np.array([7, 7, 8, 9, 0]), np.array([1, 1, 1, 2, -1]))
-    counts = script.compared([(0, 3), (1, 2), (4,)], truth)
+    truth = symmetry.Truth(np.array([7, 7, 8, 9, 0]), np.array([1, 1, 1, 2, -1]))
+    counts = symmetry.compared([(0, 3), (1, 2), (4,)], truth)
     assert counts == (5, 2, 2, 1)
-    row = script.row([counts, counts])
+    row = symmetry.row([counts, counts])
     assert (row["pairs"], row["precision"], row["recall"]) == (10, 0.5, 0.5)
 
 
-def test_nothing_found_has_no_precision(script):
-    assert script.row([script.Counts(3, 0, 0, 0)])["precision"] is None
+def test_nothing_found_has_no_precision():
+    assert symmetry.row([symmetry.Counts(3, 0, 0, 0)])["precision"] is None

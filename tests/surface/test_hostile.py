@@ -1,4 +1,4 @@
-"""Files that were made to do harm, or might as well have been: what `benchmarks/fuzz.py` has found, and its like."""
+"""Files that were made to do harm, or might as well have been: what `python -m tests.fuzz` has found, and its like."""
 
 import base64
 import json

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from surface.shapes import cube, limbed, sphere, torus
 
-from benchmarks.baselines._reeb import slices
+from benchmarks.baselines.reeb import slices
 
 
 def test_slices_of_the_sphere_have_equal_areas():

@@ -1,15 +1,15 @@
+import argparse
 import json
 
 import numpy as np
 import pytest
 from surface.shapes import limbed
 
-from benchmarks.baselines._run import Model
-from benchmarks.figures import noise
-from benchmarks.figures._common import Collection, parser_of, perform
-from benchmarks.figures._queries import scores
-from benchmarks.figures.moved_points import moved, parts_from_moved_points
-from benchmarks.figures.noise import vertex_normals, with_noise
+from benchmarks._models import Model
+from benchmarks.figures import perform
+from benchmarks.figures._changed import scores
+from benchmarks.figures._collection import Collection
+from benchmarks.figures.changes import moved, parts_from_moved_points, vertex_normals, with_noise
 from curvematch_jax.datasets import creature
 from curvematch_jax.surface import extract_parts
 from curvematch_jax.surface._fields import Geodesics
@@ -76,15 +76,15 @@ def test_a_query_that_is_alone_in_its_class_does_not_count():
         scores(rows[1:], [2], ["a", "a", "b"])
 
 
+@pytest.mark.slow
 def test_noisy_queries_of_two_classes(tmp_path):
     pytest.importorskip("matplotlib")
-    arguments = parser_of(None, noise.options).parse_args(
-        ["--out", str(tmp_path), "--amounts", "0.002", "--per-class", "1"]
-    )
-    written = perform(noise.FIGURE, Collection("four", four()), arguments)
-    assert [path.name for path in written] == ["noise.png", "noise.json"]
-    found = json.loads(written[1].read_text())
+    given = argparse.Namespace(benchmark="figures", out=tmp_path, methods=["default"], per_class=1)
+    perform("noise", Collection("four", four()), given)
+    assert (tmp_path / "noise.png").stat().st_size > 5_000
+    found = json.loads((tmp_path / "noise.json").read_text())
     row = found["noise"]["default"]["0.2 %"]
     assert row["changed"]["queries"] == row["clean"]["queries"] == 2
     assert row["changed"]["map"] == 1
     assert not found["failed"]
+    assert found["arguments"] == {"methods": ["default"], "per_class": 1}

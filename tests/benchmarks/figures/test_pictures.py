@@ -6,10 +6,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 from surface.shapes import limbed
 
-from benchmarks.baselines._run import Model
-from benchmarks.figures import _loft, dirt
-from benchmarks.figures._common import Collection, Described
-from benchmarks.figures.precision_recall import not_above
+from benchmarks._models import Model
+from benchmarks.figures import _loft
+from benchmarks.figures._collection import Collection, Described
+from benchmarks.figures.changes import counterparts, dirty
+from benchmarks.figures.rankings import not_above
 from curvematch_jax.surface import clean, extract_parts
 from curvematch_jax.surface._topology import is_closed_manifold
 
@@ -21,7 +22,7 @@ def limbs():
 
 def test_a_dirty_mesh_has_holes_and_is_cleaned_to_what_it_was():
     mesh = limbed()
-    torn = dirt.dirty(mesh, 1)
+    torn = dirty(mesh, 1)
     assert not is_closed_manifold(torn.vertices, torn.faces)
     mended, report = clean(torn)
     assert is_closed_manifold(mended.vertices, mended.faces)
@@ -33,9 +34,9 @@ def test_raw_models_find_their_counterparts_by_name(limbs):
     raw = [Model("cat3.obj", "cat", limbed, ()), Model("gorilla5.off", "gorilla", limbed, ())]
     tidy = Collection("tidy", [])
     tidy.described = [Described("gorilla05.off", "gorilla", limbed(), limbs), Described("cat3", "cat", limbed(), limbs)]
-    assert dirt.counterparts(raw, tidy) == [1, 0]
+    assert counterparts(raw, tidy) == [1, 0]
     with pytest.raises(ValueError, match=r"dog1.off \(dog\) has no clean counterpart in tidy"):
-        dirt.counterparts([Model("dog1.off", "dog", limbed, ())], tidy)
+        counterparts([Model("dog1.off", "dog", limbed, ())], tidy)
 
 
 def test_the_first_method_is_above_another_where_it_is_better_or_both_are_perfect():

@@ -1,25 +1,14 @@
-"""What is left of runs that are killed, of a full disk, and of one that must not be written to.
-
-    python benchmarks/faults.py [--kills 100] [--seed 0] [--out FILE.json]
-
-`curvematch matrix` and `curvematch parts` are killed (SIGKILL) at random moments and started again with the same
-command until they come to their end; then from the beginning, until there were enough kills. At each end the whole
-folder has to have the bytes of a run that was never stopped. A result that was whole before a kill must never be
-written again: files keep their inodes and times. Exits with status 1 when anything of this fails.
-"""
+"""Commands that are stopped: killed at any moment, or on a disk that is full or read-only; and what is left then."""
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
-import json
 import os
 import random
 import resource
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -27,11 +16,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import trimesh
-from _record import machine, versions, write
 
 from curvematch_jax import creature, extract_parts, save_parts
 
-_ROOT = Path(__file__).resolve().parents[1]
+_ROOT = Path(__file__).resolve().parents[2]
 _KINDS = ("hand", "snake", "spider")
 _VERTICES = 400
 # Objects of the matrix: 5 blocks, 15 pairs of blocks.
@@ -74,28 +62,6 @@ class Campaign:
     @property
     def sound(self) -> bool:
         return self.ends > 0 and self.same_bytes == self.ends and self.written_again == 0
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kills", type=int, default=100, help="of each command")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path, metavar="FILE.json")
-    arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        scenarios = [matrix_scenario(folder), parts_scenario(folder)]
-        campaigns = [kill_again_and_again(s, folder / s.name, arguments.kills, arguments.seed) for s in scenarios]
-        disks = {s.name: faulty_disks(s, folder / f"{s.name}-disk") for s in scenarios}
-    for campaign in campaigns:
-        print(", ".join(f"{name} {value}" for name, value in dataclasses.asdict(campaign).items()), flush=True)
-    print(json.dumps(disks, indent=1), flush=True)
-    sound = all(campaign.sound for campaign in campaigns)
-    sound &= all(outcome in ("sound", "skipped") for found in disks.values() for outcome in found.values())
-    if arguments.out:
-        found = {"campaigns": [dataclasses.asdict(campaign) for campaign in campaigns], "disks": disks}
-        write(arguments.out, {"versions": versions(), "machine": machine(), "seed": arguments.seed, **found})
-    return 0 if sound else 1
 
 
 def matrix_scenario(folder: Path, objects: int = _OBJECTS) -> Scenario:
@@ -260,7 +226,3 @@ def small_disk(folder: Path, size: int) -> Iterator[bool]:
 
 def remount(folder: Path, options: str) -> None:
     subprocess.run(["mount", "-o", f"remount,{options}", str(folder)], check=True, capture_output=True)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

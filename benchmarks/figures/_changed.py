@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.figures._common import MATCHINGS, Collection, Numbers, say
-from benchmarks.figures._plots import precision_recall
 from curvematch_jax.retrieval import rank
 from curvematch_jax.retrieval._measures import average_precision, eleven_point_precision, nearest_neighbour, tier
 from curvematch_jax.surface import Parts
 
+from .._measure import say
+from ._collection import MATCHINGS, Collection, Numbers
+from ._drawing import precision_recall
+
 # Changed queries, by the index of the model that each was made from.
 Queries = Mapping[int, Parts]
-
-
-def query_options(parser: argparse.ArgumentParser) -> None:
-    """Which methods, and how many queries."""
-    parser.add_argument("--methods", nargs="+", choices=MATCHINGS, default=["default"], help="the paper's is slow")
-    parser.add_argument("--per-class", type=int, metavar="N", help="queries of each class; by default all")
 
 
 def changed(

@@ -9,10 +9,11 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
-from _bombs import bomb
-from _degenerate import degenerate
-from _npz import mutated_npz
-from _seeds import WRITERS, Content, glb_from, seed_content, some_mesh
+
+from ._bombs import bomb
+from ._degenerate import degenerate
+from ._npz import mutated_npz
+from ._seeds import WRITERS, Content, glb_from, seed_content, some_mesh
 
 Random = np.random.Generator
 T = TypeVar("T")

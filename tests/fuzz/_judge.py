@@ -17,12 +17,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from _mutations import hostile
-from _seeds import FORMATS, SETTINGS, WRITERS, Content, meshes, seed_content, suffix_of
 
 from curvematch_jax import Parts, extract_parts, load_matrix, load_mesh, load_parts
 from curvematch_jax.retrieval import SavedMatrix
 from curvematch_jax.surface import MeshError
+
+from ._mutations import hostile
+from ._seeds import FORMATS, SETTINGS, WRITERS, Content, meshes, seed_content, suffix_of
 
 SECONDS = 10.0
 MEMORY = 1 << 30
@@ -31,7 +32,7 @@ _LONGEST_MESSAGE = 600
 # Reading below these is Python's own business: modules, time zones, the processor's caches.
 _SYSTEM = tuple(
     {os.path.realpath(path) for path in (sys.prefix, sys.base_prefix, *sysconfig.get_paths().values())}
-    | {"/proc", "/sys", "/dev/urandom", "/dev/null", "/usr", "/lib", "/lib64", str(Path(__file__).parents[1])}
+    | {"/proc", "/sys", "/dev/urandom", "/dev/null", "/usr", "/lib", "/lib64", str(Path(__file__).parents[2])}
 )
 _FORBIDDEN = (
     "socket.",

@@ -1,4 +1,4 @@
-"""The package as it was at another commit, for the same measurement in the same run."""
+"""Measurements in processes of their own, of this package or of the package as it was at another commit."""
 
 import io
 import json
@@ -33,16 +33,20 @@ def checkout(commit: str) -> Iterator[Path]:
         yield folder
 
 
-def output_of(script: str, arguments: Sequence[str], package: Path | None = None, **settings: str) -> Any:
-    """What a script prints as JSON, in a new process; with another package, and with variables of the environment."""
-    return json.loads(_run([script, *arguments], package, settings))
+def output_of(module: str, arguments: Sequence[str], package: Path | None = None, **settings: str) -> Any:
+    """What a module prints as JSON, run in a new process.
+
+    Args:
+        module: by its full name.
+        package: a folder whose `curvematch_jax` is measured in place of this one's.
+        settings: variables of the environment.
+    """
+    return json.loads(_run(["-P", "-m", module, *arguments], package, settings))
 
 
 def _run(arguments: Sequence[str], package: Path | None, settings: dict[str, str]) -> str:
-    environment = os.environ | settings
-    if package:
-        paths = [str(package.resolve()), *filter(None, [os.environ.get("PYTHONPATH")])]
-        environment["PYTHONPATH"] = os.pathsep.join(paths)
+    paths = [str(package.resolve()) if package else "", os.environ.get("PYTHONPATH", ""), str(_ROOT)]
+    environment = os.environ | settings | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
     done = subprocess.run([sys.executable, *arguments], env=environment, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"{' '.join(arguments)} failed:\n{done.stderr}")

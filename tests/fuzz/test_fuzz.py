@@ -1,38 +1,29 @@
+"""Some hundred hostile files; `python -m tests.fuzz --count 20000` reads as many as one likes."""
+
 from pathlib import Path
 
 import numpy as np
 import pytest
+from fuzz._campaign import cases, run, summary
+from fuzz._judge import _faults_in, _faults_of, _Watch
+from fuzz._seeds import WRITERS
 from retrieval.conftest import synthetic_parts
-
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-COUNT = 500
 
 pytestmark = pytest.mark.skipif("sys.platform != 'linux'", reason="the harness measures what Linux says of a process")
 
 
-@pytest.fixture(autouse=True)
-def folder_of_scripts(monkeypatch):
-    """As for a script that runs there."""
-    monkeypatch.syspath_prepend(str(BENCHMARKS))
-    pytest.importorskip("gpytoolbox")
+@pytest.mark.parametrize(("count", "jobs"), [(30, 1), pytest.param(500, 2, marks=pytest.mark.slow)])
+def test_no_hostile_mesh_file_does_harm(count, jobs):
     pytest.importorskip("pymeshfix")
-
-
-def test_no_hostile_mesh_file_does_harm():
-    import fuzz
-    from _seeds import WRITERS
-
-    verdicts = list(fuzz.run(fuzz.cases(COUNT, 7, tuple(WRITERS)), 2))
-    assert len(verdicts) == COUNT
+    verdicts = list(run(cases(count, 7, tuple(WRITERS)), jobs))
+    assert len(verdicts) == count
     assert [(case, verdict.violations) for case, verdict in verdicts if verdict.violations] == []
-    figures = fuzz.summary(verdicts)
+    figures = summary(verdicts)
     counts = [sum(kind.get(outcome, 0) for kind in figures["files"].values()) for outcome in ("loaded", "refused")]
-    assert min(counts) > COUNT / 10  # neither is all of them harmless nor all of them garbage
+    assert min(counts) > count / 10  # neither is all of them harmless nor all of them garbage
 
 
 def test_the_watch_sees_what_a_reader_must_not_do(tmp_path):
-    from _judge import _Watch
-
     watch = _Watch()
     watch.folder = str(tmp_path)
     try:
@@ -47,8 +38,6 @@ def test_the_watch_sees_what_a_reader_must_not_do(tmp_path):
 
 
 def test_unsound_results_are_found():
-    from _judge import _faults_in
-
     sound = synthetic_parts("a")
     assert _faults_in(sound) == []
     lengths = sound.lengths.copy()
@@ -68,14 +57,10 @@ def test_unsound_results_are_found():
     ],
 )
 def test_refusals_that_are_not_clear_are_found(error, kind):
-    from _judge import _faults_of
-
     assert [name for name, _ in _faults_of(error, Path("a.off"))] == ([kind] if kind else [])
 
 
 def test_a_case_follows_from_its_seed():
-    from fuzz import cases
-
     first, second = cases(33, 3), cases(33, 3)
     assert [case.made() for case in first] == [case.made() for case in second]
     assert first[0].made() != cases(1, 4)[0].made()

@@ -8,8 +8,9 @@ import struct
 from collections.abc import Callable
 
 import numpy as np
-from _npz import zip_bomb
-from _seeds import Content, glb_from, gltf_from, gltf_tree, meshes, ply, seed_content
+
+from ._npz import zip_bomb
+from ._seeds import Content, glb_from, gltf_from, gltf_tree, meshes, ply, seed_content
 
 Random = np.random.Generator
 
