@@ -43,14 +43,14 @@ def find_sources(inputs: Sequence[Path], meshes_only: bool = False) -> list[Sour
     return [Source(path, name) for path, name in zip(paths, names, strict=True)]
 
 
-def distinct_names(paths: Sequence[str | os.PathLike[str]], least: int | Sequence[int] = 1) -> list[str]:
+def distinct_names(paths: Sequence[str | os.PathLike[str]], pieces: int | Sequence[int] = 1) -> list[str]:
     """The shortest end of each path that tells it from the others.
 
     A file's own name if no other file has it; with as many of its folders as it takes if another does. The same file
     given again gets `#2`, `#3`.
 
     Args:
-        least: how many pieces of the path a name has at least, for all or for each.
+        pieces: how many pieces of the path a name has at least, for all or for each.
     """
     whole = [Path(path).resolve().parts for path in paths]
     namesakes: defaultdict[str, set[tuple[str, ...]]] = defaultdict(set)
@@ -58,7 +58,7 @@ def distinct_names(paths: Sequence[str | os.PathLike[str]], least: int | Sequenc
         namesakes[parts[-1]].add(parts)
     seen: Counter[tuple[str, ...]] = Counter()
     names = []
-    for parts, shortest in zip(whole, np.broadcast_to(least, len(whole)).tolist(), strict=True):
+    for parts, shortest in zip(whole, np.broadcast_to(pieces, len(whole)).tolist(), strict=True):
         others = namesakes[parts[-1]] - {parts}
         length = next(n for n in range(shortest, len(parts) + 1) if all(other[-n:] != parts[-n:] for other in others))
         seen[parts] += 1
