@@ -8,6 +8,7 @@ in `NAMES` and tried on small input in `tests/benchmarks/test_benchmarks.py`.
 NAMES = (
     "engine",
     "tradeoff",
+    "peers",
     "outlines",
     "retrieval",
     "ablation",

@@ -25,6 +25,8 @@ _PACKAGES = (
     "zarr",
     "matplotlib",
     "fdasrsf",
+    "geomstats",
+    "lapy",
 )
 
 

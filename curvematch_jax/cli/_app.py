@@ -66,46 +66,54 @@ PresetOption = Annotated[
     Preset,
     typer.Option(
         help="How objects are compared: default, for any collection; articulated, for bodies that bend; generic, for "
-        "things of many kinds; elastic, the default with curves reparametrised; partial, for pieces of bodies and "
-        "bodies put together of such; paper, as published."
+        "objects of many kinds; elastic, the default with reparametrisation of curves; partial, for pieces of bodies "
+        "and bodies composed of pieces; paper, as published."
     ),
 ]
 
 
 @app.callback()
 def _setup() -> None:
-    """Find 3D shapes that are alike, bent or in part, by the elastic shapes of their geodesic level curves."""
+    """Find similar 3D models, in any pose or only in part, by the elastic shapes of their geodesic level curves."""
 
 
 @app.command()
 def parts(
     meshes: Meshes,
-    out: Annotated[Path, typer.Option(metavar="PARTS_DIR", help="Folder for the parts, one file a mesh.")],
-    epsilon: Annotated[float, typer.Option(help="Least distance of feature points, in diameters.")] = _DEFAULT.epsilon,
-    radius: Annotated[float, typer.Option(help="Reach of a part, in diameters.")] = _DEFAULT.radius,
-    levels: Annotated[int, typer.Option(help="Level curves of a part.")] = _DEFAULT.levels,
-    samples: Annotated[int, typer.Option(help="Points on a curve.")] = _DEFAULT.samples,
+    out: Annotated[Path, typer.Option(metavar="PARTS_DIR", help="Folder for the parts, one file per mesh.")],
+    epsilon: Annotated[
+        float, typer.Option(help="Minimum distance between feature points, in diameters.")
+    ] = _DEFAULT.epsilon,
+    radius: Annotated[float, typer.Option(help="Radius of a part, in sizes of the surface.")] = _DEFAULT.radius,
+    levels: Annotated[int, typer.Option(help="Level curves per part.")] = _DEFAULT.levels,
+    samples: Annotated[int, typer.Option(help="Points per curve.")] = _DEFAULT.samples,
     field: Annotated[FieldName, typer.Option(help="Distance along the surface.")] = _FIELD,
-    vertices: Annotated[int, typer.Option(help="Vertices that meshes are remeshed to.")] = _DEFAULT.vertices,
-    spacing: Annotated[float, typer.Option(help="More than 1: denser levels near the point.")] = _DEFAULT.spacing,
-    least: Annotated[int, typer.Option(help="Parts that an object has at least.")] = _DEFAULT.least,
-    smoothing: Annotated[float, typer.Option(help="In square roots of the area.")] = _DEFAULT.smoothing,
+    vertices: Annotated[
+        int, typer.Option(help="Resolution: edges longer than those of a mesh of this many vertices are divided.")
+    ] = _DEFAULT.vertices,
+    spacing: Annotated[
+        float, typer.Option(help="Spacing of levels; above 1, denser near the feature point.")
+    ] = _DEFAULT.spacing,
+    least: Annotated[int, typer.Option(help="Minimum number of parts per object.")] = _DEFAULT.least,
+    smoothing: Annotated[
+        float, typer.Option(help="Smoothing of the surface, in square roots of its area; 0 for none.")
+    ] = _DEFAULT.smoothing,
     time_limit: Annotated[
-        float, typer.Option(min=1, metavar="SECONDS", help="How long one mesh may take; longer ones are given up.")
+        float, typer.Option(min=1, metavar="SECONDS", help="Time limit per mesh; a mesh that takes longer is skipped.")
     ] = TIME_LIMIT,
     jobs: Jobs = _CORES,
     strict: Strict = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Cut meshes into parts and save them; meshes whose parts are in the folder already are left alone."""
+    """Divide meshes into parts and save them. Meshes whose parts are already in the folder are skipped."""
     extraction = Extraction(epsilon, radius, levels, samples, field.value, vertices, spacing, least, smoothing)
     return _commands.make_parts(meshes, out, extraction, jobs, time_limit, strict, Output(json, quiet))
 
 
 @app.command()
 def matrix(
-    out: Annotated[Path, typer.Option(metavar="D.zarr", help="Where the matrix is, or is to be.")],
+    out: Annotated[Path, typer.Option(metavar="D.zarr", help="The matrix: an existing one, or a new path.")],
     meshes: Annotated[
         list[Path] | None,
         typer.Argument(
@@ -116,18 +124,18 @@ def matrix(
     scheduler: Annotated[
         str | None, typer.Option(metavar="tcp://HOST:PORT", help="Compute the blocks on this dask cluster.")
     ] = None,
-    status: Annotated[bool, typer.Option("--status", help="Only say how far the matrix has come.")] = False,
+    status: Annotated[bool, typer.Option("--status", help="Show the progress of the matrix and stop.")] = False,
     jobs: Jobs = _CORES,
     strict: Strict = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Compare every object with every other; the same command goes on where it was stopped, and adds what is new."""
+    """Compare all objects with each other. Run the same command again to resume, or to add new objects."""
     output = Output(json, quiet)
     if status:
         return show_status(out, output)
     if not meshes:
-        raise typer.BadParameter("meshes or parts are needed, or --status")
+        raise typer.BadParameter("give meshes or parts, or --status")
     return make_matrix(meshes, out, _DEFAULT, preset.matching(), jobs, scheduler, strict, output)
 
 
@@ -136,14 +144,14 @@ def index(
     meshes: Annotated[
         list[Path], typer.Argument(metavar="MESHES...", help="Mesh files, folders of them, or folders of parts.")
     ],
-    out: Annotated[Path, typer.Option(metavar="INDEX", help="Where the index is, or is to be.")],
+    out: Annotated[Path, typer.Option(metavar="INDEX", help="The index: an existing one, or a new path.")],
     preset: PresetOption = Preset.default,
     jobs: Jobs = _CORES,
     strict: Strict = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Make a collection ready for queries that open it at once; the same command adds what is new."""
+    """Prepare a collection for fast queries. Run the same command again to add new objects."""
     return make_index(meshes, out, _DEFAULT, preset.matching(), jobs, strict, Output(json, quiet))
 
 
@@ -153,20 +161,20 @@ def query(
     collection: Annotated[
         Path, typer.Option("--in", metavar="INDEX|PARTS_DIR", help="Index, or folder of parts, to search.")
     ],
-    top: Annotated[int, typer.Option(min=1, help="How many of the best to list.")] = 10,
+    top: Annotated[int, typer.Option(min=1, help="Number of results to list.")] = 10,
     exclude_self: Annotated[
-        bool, typer.Option("--exclude-self", help="Leave out what has the query's own parts.")
+        bool, typer.Option("--exclude-self", help="Leave the query itself out of the results.")
     ] = False,
     rerank: Annotated[
-        bool, typer.Option("--rerank", help="Put the first 50 in order by what is near to their neighbours.")
+        bool, typer.Option("--rerank", help="Re-rank the first 50 results by diffusion among their neighbours.")
     ] = False,
     explain: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.png", help="Draw matched parts in the same colours, and list them in the result."),
+        typer.Option(metavar="FILE.png", help="Draw matched parts in the same colours, and list them."),
     ] = None,
     meshes: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder with the collection's meshes: surfaces for the picture of --explain."),
+        typer.Option(metavar="DIR", help="Folder with the meshes of the collection, whose surfaces --explain draws."),
     ] = None,
     preset: PresetOption = Preset.default,
     jobs: Jobs = _CORES,
@@ -174,11 +182,11 @@ def query(
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Rank a collection by likeness to meshes; their parts are made with the collection's settings."""
+    """Rank a collection by similarity to one or more meshes."""
     if meshes is not None and explain is None:
-        raise typer.BadParameter("--meshes is for the picture of --explain, which was not asked for")
+        raise typer.BadParameter("--meshes needs --explain")
     if explain is not None and len(mesh) > 1:
-        raise typer.BadParameter("--explain draws one query, and several meshes were given")
+        raise typer.BadParameter("--explain draws one query, but several meshes were given")
     explanation = None if explain is None else Explanation(explain, meshes)
     question = Question(preset.matching(), top, exclude_self, rerank)
     return run_query(mesh, collection, question, explanation, jobs, strict, Output(json, quiet))
@@ -189,12 +197,12 @@ def evaluate(
     matrix: Annotated[Path, typer.Argument(metavar="D.zarr", help="A matrix made by `curvematch matrix`.")],
     labels: Annotated[Path, typer.Option(metavar="labels.csv", help="The classes, columns `file,class`.")],
     rerank: Annotated[
-        bool, typer.Option("--rerank", help="Of the matrix after a step of diffusion among neighbours.")
+        bool, typer.Option("--rerank", help="Re-rank the matrix by diffusion among neighbours first.")
     ] = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Measure how well a matrix finds the members of each class."""
+    """Measure how well a matrix retrieves the members of each class."""
     return _commands.run_evaluation(matrix, labels, rerank, Output(json, quiet))
 
 
@@ -202,14 +210,14 @@ def evaluate(
 def outlines(
     images: Annotated[list[Path], typer.Argument(metavar="IMAGES...", help="PNG or TIFF masks, or folders of them.")],
     out: Annotated[Path, typer.Option(metavar="CURVES", help="File for the curves: .npz, .csv or .tps.")],
-    samples: Annotated[int, typer.Option(min=8, help="Points on a curve.")] = 100,
-    smoothing: Annotated[float, typer.Option(min=0, help="Pixels by which the staircase is smoothed.")] = 1.0,
+    samples: Annotated[int, typer.Option(min=8, help="Points per curve.")] = 100,
+    smoothing: Annotated[float, typer.Option(min=0, help="Smoothing of the outline, in pixels.")] = 1.0,
     each: Annotated[bool, typer.Option("--each", help="One outline for each label of an image.")] = False,
     strict: Strict = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Read the outlines of masks as closed curves."""
+    """Convert the outlines of masks to closed curves."""
     return _curves.make_outlines(images, out, samples, smoothing, each, strict, Output(json, quiet))
 
 
@@ -220,23 +228,23 @@ def mean(
     groups: Annotated[
         Path | None, typer.Option(metavar="labels.csv", help="Groups to compare, columns `file,class`.")
     ] = None,
-    samples: Annotated[int | None, typer.Option(min=8, help="Points on a curve.", show_default="as given")] = None,
-    permutations: Annotated[int, typer.Option(min=1, help="Of the groups, for the tests.")] = 9999,
+    samples: Annotated[int | None, typer.Option(min=8, help="Points per curve.", show_default="as given")] = None,
+    permutations: Annotated[int, typer.Option(min=1, help="Number of permutations for the tests.")] = 9999,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Average closed curves: the mean, its components, tests of groups, and pictures."""
+    """Compute the mean of closed curves, their components, tests of groups, and pictures."""
     return _curves.make_mean(curves, out, groups, samples, permutations, Output(json, quiet))
 
 
 @app.command()
 def demo(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for what the demo makes.")] = Path("curvematch-demo"),
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")] = Path("curvematch-demo"),
     jobs: Jobs = _CORES,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """The whole road on generated creatures: parts, matrix, measures, a composite query, pictures."""
+    """Run the complete pipeline on generated creatures: parts, matrix, measures, a composite query, pictures."""
     return run_demo(out, jobs, Output(json, quiet))
 
 
@@ -257,7 +265,7 @@ def run(arguments: Sequence[str]) -> int:
         complain(f"{problem.format_message().rstrip('.')} (see curvematch --help)")
         return USAGE
     except (KeyboardInterrupt, typer.Abort):
-        complain("interrupted; what was finished is kept")
+        complain("interrupted; finished work is kept")
         return _INTERRUPTED
     except Exception as error:
         if os.environ.get("CURVEMATCH_TRACEBACK"):

@@ -40,9 +40,7 @@ def make_parts(
     failures: dict[int, Failure] = {}
     for index, result in extract_each(sources, extraction, jobs, output.progress, store, time_limit):
         if is_parts(sources[index].path):
-            failures[index] = Failure(
-                sources[index].name, f"{sources[index].path}: a parts file, and meshes are needed"
-            )
+            failures[index] = Failure(sources[index].name, f"{sources[index].path}: is a parts file: give meshes")
         elif isinstance(result, Failure):
             failures[index] = result
         else:

@@ -37,7 +37,7 @@ def make_outlines(
     """Images to one file of curves; images that cannot be used are reported one by one."""
     started = time.perf_counter()
     if out.suffix.lower() not in CURVE_SUFFIXES:
-        raise ValueError(f"{out}: no format of curves; known are {', '.join(CURVE_SUFFIXES)}.")
+        raise ValueError(f"{out}: not a format of curves; known are {', '.join(CURVE_SUFFIXES)}.")
     paths = _image_files(images)
     report = reporter(output.progress, "reading", "images")
     curves, names, notes, failed = [], [], [], []

@@ -1,4 +1,4 @@
-"""`curvematch demo`: the whole road on creatures that are generated on the spot."""
+"""`curvematch demo`: the complete pipeline on generated creatures."""
 
 from __future__ import annotations
 

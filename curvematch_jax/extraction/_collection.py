@@ -27,7 +27,7 @@ class Failure:
 
 @dataclasses.dataclass(frozen=True)
 class Extracted:
-    """What became of a collection of files.
+    """The parts of a collection of files, and the files that gave none.
 
     Attributes:
         parts: of every file that gave any, in the order of the files.
@@ -51,7 +51,7 @@ def extract_collection(
     progress: Progress = False,
     time_limit: float = TIME_LIMIT,
 ) -> Extracted:
-    """The parts of many meshes, extracted in worker processes; one that fails, hangs or takes all memory fails alone.
+    """Extract the parts of many meshes in worker processes. A mesh that fails is reported; the others are not affected.
 
     The workers are started anew (never forked), so a script that calls this does so below `if __name__ == "__main__":`.
 
@@ -59,9 +59,9 @@ def extract_collection(
         paths: mesh files, parts files, and folders of either. An object is named after its file, with as much of the
             path as tells it from others.
         jobs: worker processes; by default one for each core. On Linux each has its share of the memory.
-        cache: a folder of parts, one file a mesh, found again by the mesh's content: what is there is not made again,
-            whatever its name was, and what is made is there as soon as it is ready. `None` keeps nothing.
-        progress: as everywhere: a bar, a callback `(done, total)`, or nothing.
+        cache: a folder of parts, one file per mesh, identified by the content of the mesh: a mesh whose parts are there
+            is not processed again, even under another name. `None` keeps nothing.
+        progress: `True` for a bar on stderr, or a function of `(done, total)`.
         time_limit: seconds that one mesh may take.
 
     Raises:

@@ -32,7 +32,7 @@ class Store:
             ValueError: when `folder` is a file, or the parts in it were made with other settings, naming one.
         """
         if folder.exists() and not folder.is_dir():
-            raise ValueError(f"{folder}: a file, and a folder for parts is needed")
+            raise ValueError(f"{folder}: is a file: give a folder for the parts")
         remove_leftovers(folder)
         files = [path for path in sorted(folder.rglob(f"*{PARTS_SUFFIX}")) if path.is_file()]
         _require_settings(folder, files, extraction)

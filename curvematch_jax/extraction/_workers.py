@@ -1,4 +1,4 @@
-"""One function over many tasks in worker processes, where a task that fails or kills its worker costs itself alone."""
+"""One function over many tasks in worker processes: a task that kills its worker does not affect the others."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ def write_curves(path: str | Path, curves: np.ndarray | Sequence, names: Sequenc
     if not listed or len(set(names)) != len(listed) or len({curve.shape[0] for curve in listed}) != 1:
         raise ValueError(f"{path}: give one curve or more, all of one dimension, and a name of its own for each.")
     if path.suffix.lower() not in CURVE_SUFFIXES:
-        raise ValueError(f"{path}: no format of curves; known are {', '.join(CURVE_SUFFIXES)}.")
+        raise ValueError(f"{path}: not a format of curves; known are {', '.join(CURVE_SUFFIXES)}.")
     write = {".npz": _write_npz, ".csv": _write_csv, ".tps": _write_tps}[path.suffix.lower()]
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".curvematch-{os.getpid()}-") as folder:
@@ -67,7 +67,7 @@ def read_curves(path: str | Path) -> NamedCurves:
     path = Path(path)
     readers = {".npz": _read_npz, ".csv": _read_csv, ".tps": _read_tps}
     if path.suffix.lower() not in readers:
-        raise ValueError(f"{path}: no format of curves; known are {', '.join(CURVE_SUFFIXES)}.")
+        raise ValueError(f"{path}: not a format of curves; known are {', '.join(CURVE_SUFFIXES)}.")
     try:
         curves, names = readers[path.suffix.lower()](path)
         curves = [_closed(f"curve {name!r}", curve) for curve, name in zip(curves, names, strict=True)]

@@ -28,7 +28,7 @@ def read_outlines(path: str | Path, n: int = 100, smoothing: float = 1.0, each: 
 
 def _pixels(path: Path) -> np.ndarray:
     if path.suffix.lower() not in IMAGE_SUFFIXES:
-        raise ValueError(f"{path}: no image of a kind that is read; known are {', '.join(IMAGE_SUFFIXES)}.")
+        raise ValueError(f"{path}: not an image format that can be read; known are {', '.join(IMAGE_SUFFIXES)}.")
     image = require("PIL.Image", "outlines", "reading images")
     try:
         with image.open(path, formats=("PNG", "TIFF")) as opened:

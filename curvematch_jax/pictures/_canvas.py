@@ -34,13 +34,11 @@ def check_picture(path: str | Path) -> None:
     known = new_figure(1, 1).canvas.get_supported_filetypes()
     if path.suffix.lower().lstrip(".") not in known:
         shown = repr(path.suffix) if path.suffix else "(none)"
-        raise ValueError(
-            f"{path}: the suffix {shown} names no format of pictures; known are {', '.join(sorted(known))}"
-        )
+        raise ValueError(f"{path}: the suffix {shown} is not a picture format; known are {', '.join(sorted(known))}")
     if path.is_dir():
         raise ValueError(f"{path} is a folder, not a picture to write")
     if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
-        raise ValueError(f"{path}: the picture cannot be written, as {path.parent} is no folder that can be written to")
+        raise ValueError(f"{path}: the picture cannot be written: {path.parent} is not a writable folder")
 
 
 def save(figure: Figure, path: str | Path, tight: bool = False) -> None:

@@ -27,7 +27,7 @@ _PARTS_AT_ONCE = 256
 
 @dataclass(frozen=True, eq=False)
 class Collection:
-    """M objects made ready for many queries, by `Collection.of` or `Collection.open`.
+    """M objects prepared for many queries, by `Collection.of` or `Collection.open`.
 
     It holds what comparisons need and not the parts themselves: some 120 KB for an object of 7 parts.
 
@@ -55,7 +55,7 @@ class Collection:
 
     @classmethod
     def of(cls, parts: Iterable[Parts], matching: Matching = DEFAULT, progress: Progress = False) -> Collection:
-        """Make objects ready for queries.
+        """Prepare objects for queries.
 
         With `fusion="cohort"` every object is compared with a cohort of at most 256 of them, and at least 32: of many
         thousands of objects that takes minutes, so that `save` is worth its while.
@@ -97,7 +97,7 @@ class Collection:
         return self._joined(self.judging(parts, progress))
 
     def judging(self, parts: Iterable[Parts], progress: Progress = False) -> Collection:
-        """Objects by themselves, in the eyes of this collection's cohort; raises as `added`."""
+        """Other objects, compared with this collection's cohort; raises as `added`."""
         new = Collection.gathered(parts, self.matching)
         self.require(new, self.matching)
         return new if self.cohort is None else new._judged(self, progress)
@@ -160,7 +160,7 @@ class Collection:
         plain = [asdict(each) for each in (self.matching, matching)]
         needed = plain[0] if matching.mutual else ("aligner", "unit")
         ready, asked = ({name: each[name] for name in needed} for each in plain)
-        what = ("the collection was made ready for queries", "and this one comes")
+        what = ("the collection was prepared", "and the query comes")
         require_same(ready, asked, what, "give Collection.of the matching of the queries")
 
     def lacking_notes(self, what: str) -> tuple[str, ...]:

@@ -77,7 +77,7 @@ def on_cluster(client: Client, function: Callable[[Any], Any], tasks: Iterable[A
                 if error is None:
                     yield Outcome(index, future.result())
                 elif isinstance(error, KilledWorker):
-                    yield Outcome(index, failure="several workers died over it: have they memory enough?")
+                    yield Outcome(index, failure="several workers died while computing it: give them more memory")
                 else:
                     yield Outcome(index, failure=f"{type(error).__name__}: {error}")
     finally:

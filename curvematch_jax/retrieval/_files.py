@@ -44,8 +44,8 @@ def writing(path: Path | None) -> Iterator[None]:
         yield
     except OSError as error:
         raise ValueError(
-            f"{path}: can't be written ({error.strerror or error}); what is there already is sound: make room, or "
-            "choose another place, and give the same command again"
+            f"{path}: cannot be written ({error.strerror or error}): free some space or choose another place, and run "
+            "the same command again; what was written before is intact"
         ) from error
 
 
@@ -70,7 +70,7 @@ def locked(path: Path) -> Iterator[None]:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError as error:
-                raise ValueError(f"{path}: another process is at work on it") from error
+                raise ValueError(f"{path}: another process is using it: wait until it has finished") from error
         yield
 
 

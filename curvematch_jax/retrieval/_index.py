@@ -45,7 +45,7 @@ def build_index(
     matching: Matching = DEFAULT,
     progress: Progress = False,
 ) -> int:
-    """Make an index of a collection, or add to one what is new: `Collection.open` maps it into memory.
+    """Write an index of a collection, or add new objects to one; `Collection.open` maps it into memory.
 
     Args:
         parts: M objects, extracted with the same settings, among them all that are in the index already; a lazy
@@ -87,7 +87,7 @@ def write_index(collection: Collection, path: str | os.PathLike[str]) -> None:
 
 def _write(collection: Collection, path: Path) -> None:
     if not vacant(path) and not is_index(path):
-        raise ValueError(f"{path}: something else is there: choose another place for the index")
+        raise ValueError(f"{path}: is not an index: choose another place")
     with writing(path), replacing(path) as temporary:
         temporary.mkdir()
         _append(temporary, None, collection)
@@ -98,12 +98,12 @@ def read_index(path: str | os.PathLike[str], matching: Matching) -> Collection:
     path = Path(path)
     table = _read_table(path)
     what = (f"{path}: the index was made", "and is asked")
-    remedy = "use the preset that it was made with, or make another one"
+    remedy = "use the preset that it was made with, or build another one"
     require_same(table["settings"]["matching"], matching, what, remedy)
     try:
         return _collection(path, table, matching)
     except (KeyError, TypeError, ValueError, OSError) as error:
-        raise ValueError(f"{path}: the index is damaged ({short(error)}): make it again") from error
+        raise ValueError(f"{path}: the index is damaged ({short(error)}): build it again") from error
 
 
 def _read_table(path: Path) -> dict[str, Any]:
@@ -117,7 +117,7 @@ def _read_table(path: Path) -> dict[str, Any]:
         raise ValueError(f"{path}: not a curvematch index")
     if table["curvematch_index"] != INDEX_FORMAT:
         found = table["curvematch_index"]
-        raise ValueError(f"{path}: an index of format {found}, and this version reads {INDEX_FORMAT}: make it again")
+        raise ValueError(f"{path}: an index of format {found}, and this version reads {INDEX_FORMAT}: build it again")
     wanted = {"names": list, "fingerprints": list, "settings": dict, "arrays": dict}
     for name, kind in wanted.items():
         if not isinstance(table.get(name), kind):
@@ -133,7 +133,7 @@ def _append(folder: Path, table: dict[str, Any] | None, new: Collection) -> None
         there = known.get(name, {"count": 0})["count"]
         kept = {"dtype": rows.dtype.str, "shape": list(rows.shape[1:]), "count": there + len(rows)}
         if there and any(known[name][key] != kept[key] for key in ("dtype", "shape")):
-            raise ValueError(f"{folder}: the {name} of the objects have another size: make another index")
+            raise ValueError(f"{folder}: the {name} of the objects have another size: build another index")
         with (folder / f"{name}.bin").open("ab") as file:
             file.truncate(there * _row_bytes(kept))
             file.write(rows.tobytes())

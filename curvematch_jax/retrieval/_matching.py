@@ -1,4 +1,4 @@
-"""How parts are compared and what they say about objects is joined: the settings.
+"""Settings of retrieval: how parts are compared, and how the evidence is combined.
 
 Equations D, 4 and 5 of H. Tabia, M. Daoudi, J.-P. Vandeborre, O. Colot, "A new 3D-matching method of non-rigid and
 partially similar models using curve analysis", IEEE PAMI 33(4), 2011, with what the paper leaves open decided here.
@@ -49,9 +49,9 @@ class Witness:
 
     def __post_init__(self) -> None:
         if self.name not in get_args(Descriptor):
-            raise ValueError(f"a witness is one of {', '.join(get_args(Descriptor))}, and was {self.name!r}")
+            raise ValueError(f"a witness is one of {', '.join(get_args(Descriptor))}, found {self.name!r}")
         if self.weight is not None and not 0 <= self.weight < math.inf:
-            raise ValueError(f"the weight of a witness must be 0 or more, and was {self.weight!r}")
+            raise ValueError(f"the weight of a witness must be 0 or more, found {self.weight!r}")
 
 
 _CHOICES = {"fusion": Fusion, "masses": Masses, "significance": Significance, "unit": Unit}
@@ -59,7 +59,7 @@ _CHOICES = {"fusion": Fusion, "masses": Masses, "significance": Significance, "u
 
 @dataclass(frozen=True)
 class Matching:
-    """How parts are compared and what they say about objects is joined.
+    """How parts are compared, and how the evidence is combined.
 
     Two parts differ, level by level, by the elastic distance of their curves (radians) and by `length_weight` times
     the difference of the logarithms of the curves' lengths. The levels are averaged with weights `k^-decay`, k = 1
@@ -81,18 +81,18 @@ class Matching:
         unit: what lengths are measured in: the square root of the surface's `"area"`, its geodesic `"diameter"`, or the
             unit of the `"mesh"`, for models in their true size: it tells apart bodies of different height.
         missing: radians for a level curve that only one of two parts has.
-        fusion: how what is known of an object is joined. `"cohort"`: in both directions, from the query's parts to
-            the object and back, as the chance of an unrelated object to be as near, together with the witnesses (see
-            `_cohort.py`); dissimilarities are symmetric and comparable. The others ask the query's parts alone.
+        fusion: how the evidence for an object is combined. `"cohort"`: in both directions, from the query's parts to
+            the object and back, as the chance that an unrelated object is as near, together with the witnesses (see
+            `_cohort.py`); dissimilarities are symmetric and comparable. The others use the query's parts only.
             `"belief"`: by the transferable belief model. `"weighted"`: by the sum of masses that the belief model
             comes to in large collections. `"mean"`: by the mean of their distances to the object.
-        witnesses: what speaks beside the parts, with `fusion="cohort"`.
+        witnesses: further sources of belief beside the parts, with `fusion="cohort"`.
         masses: what distances are turned into. `"odds"`: the mass of a part on an object is
             `expm1(mu (D_max - D1) / scale)` times its mass on the whole collection, so that the combined evidence for
             an object is a sum over the parts which no other object enters. `"shares"`: as published (equation 4),
             `1 - D1` as a share of the sum over the collection, where D1 is first made `1 - exp(-D1 / scale)`.
-        significance: mu, what a part's word is worth: that of all parts is worth the same (`"equal"`), or less the
-            less of the query's surface it covers (`"area"`, as published).
+        significance: mu, the weight of a part: the same for all parts (`"equal"`), or smaller for parts that cover
+            less of the query's surface (`"area"`, as published).
         scale: radians; see `masses`.
     """
 
@@ -114,37 +114,37 @@ class Matching:
     def __post_init__(self) -> None:
         for name, kind in _CHOICES.items():
             if getattr(self, name) not in get_args(kind):
-                raise ValueError(f"{name} must be one of {', '.join(get_args(kind))}, and was {getattr(self, name)!r}")
+                raise ValueError(f"{name} must be one of {', '.join(get_args(kind))}, found {getattr(self, name)!r}")
         if not isinstance(self.candidates, int) or self.candidates < 0:
-            raise ValueError(f"candidates must be a whole number, 0 or more, and was {self.candidates!r}")
+            raise ValueError(f"candidates must be a whole number, 0 or more, found {self.candidates!r}")
         for name in ("length_weight", "front_weight", "isometry_weight", "isometry_limit", "decay", "missing"):
             if not 0 <= getattr(self, name) < math.inf:
-                raise ValueError(f"{name} must be 0 or more, and was {getattr(self, name)!r}")
+                raise ValueError(f"{name} must be 0 or more, found {getattr(self, name)!r}")
         if not 0 < self.scale < math.inf:
-            raise ValueError(f"scale must be more than 0, and was {self.scale!r}")
+            raise ValueError(f"scale must be more than 0, found {self.scale!r}")
         if len({witness.name for witness in self.witnesses}) < len(self.witnesses):
             raise ValueError("a witness is named twice")
 
     @classmethod
     def elastic(cls) -> Matching:
-        """The default with curves reparametrised as well: some 15 times slower, and hardly better at retrieval."""
+        """The default with reparametrisation of curves: about 15 times slower, and hardly better at retrieval."""
         return cls(aligner=Aligner.fast())
 
     @classmethod
     def articulated(cls) -> Matching:
-        """For bodies that bend: the spectrum has as much to say as the parts, and views nothing."""
+        """For bodies that bend: the spectrum counts as much as the parts, and views do not count."""
         return cls(witnesses=(Witness("spectrum", 1.0),))
 
     @classmethod
     def generic(cls) -> Matching:
-        """For things of many kinds, most of them rigid: views have half as much to say as the parts."""
+        """For objects of many kinds, most of them rigid: views count half as much as the parts."""
         return cls(witnesses=(Witness("spectrum", 0.25), Witness("views", 0.5)))
 
     @classmethod
     def partial(cls) -> Matching:
-        """For queries that are pieces of bodies, or are put together of them: near levels and close parts count.
+        """For queries that are pieces of bodies or composed of pieces: near levels and close parts count most.
 
-        One-way: what a piece finds in the whole, and not what the whole finds in the piece.
+        One-way: the parts of the query are compared with the object, and not the other way round.
 
         Far from its feature point a part of one body reaches into the other, so that the weight of levels falls with
         the distance, and lengths in diameters of the whole say nothing about a piece. Masses by equation 4 let few

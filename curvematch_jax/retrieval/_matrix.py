@@ -34,7 +34,7 @@ def dissimilarity_matrix(
 ) -> np.ndarray:
     """Dissimilarities of all pairs of objects.
 
-    By default entry i, j is what both objects say of each other in the eyes of a cohort of the collection (see
+    By default entry i, j combines both directions, relative to a cohort of the collection (see
     `_cohort.py`): symmetric, in [0, 1], and comparable anywhere in the matrix, as `metric="precomputed"` in
     scikit-learn wants it. With the other fusions, as in `Matching.partial()` and `Matching.paper()`, row i is what
     `rank(parts[i], the others)` gives: dissimilarities of one row compare, and those of two rows do not.
@@ -98,7 +98,7 @@ def _filled(
 ) -> tuple[MatrixStore, list[int]]:
     """The store with everything in it, in memory or at a path, and where in it each of the objects is."""
     if not isinstance(block, int) or block < 1:
-        raise ValueError(f"block must be a whole number, 1 or more, and was {block!r}")
+        raise ValueError(f"block must be a whole number, 1 or more, found {block!r}")
     place = None if path is None else Path(path)
     objects = Objects.of(parts, matching)
     with nullcontext() if place is None else locked(place):

@@ -102,8 +102,8 @@ def load_matrix(path: str | os.PathLike[str]) -> SavedMatrix:
     if not attributes["complete"]:
         status = matrix_status(path)
         raise ValueError(
-            f"{path}: not finished, {status.done} of {status.done + status.left} blocks are there: "
-            "give the command that made it again"
+            f"{path}: the matrix is not finished, {status.done} of {status.done + status.left} blocks are done: "
+            "run the command that made it again"
         )
     try:
         values = _values(path, len(attributes["names"]))
@@ -153,8 +153,8 @@ def matrix_attributes(path: Path) -> dict[str, Any]:
         raise ValueError(f"{path}: not a curvematch matrix")
     if attributes["curvematch_matrix"] != MATRIX_FORMAT:
         raise ValueError(
-            f"{path}: a matrix of format {attributes['curvematch_matrix']}, and this version reads {MATRIX_FORMAT}: "
-            "make it again"
+            f"{path}: the matrix has format {attributes['curvematch_matrix']}, but this version reads format "
+            f"{MATRIX_FORMAT}: compute it again"
         )
     for name, kind in _KINDS.items():
         value: Any = attributes.get(name)

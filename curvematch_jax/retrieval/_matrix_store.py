@@ -175,7 +175,7 @@ def _opened(path: Path) -> MatrixStore:
     import zarr
 
     if "sizes" not in matrix_attributes(path):
-        raise ValueError(f"{path}: a matrix that was saved whole can't be gone on with: choose another place")
+        raise ValueError(f"{path}: a matrix written by save_matrix cannot be extended: choose another place")
     for leftover in path.rglob("*.partial"):  # What zarr was writing when the process was killed.
         leftover.unlink()
     return MatrixStore(zarr.open_group(path, mode="r+"), path)

@@ -95,7 +95,7 @@ def places(
         raise ValueError(
             f"{path}: was made with other objects: "
             + (f"the parts of {left[0]} have changed" if changed else f"{left[0]} is not among those given")
-            + ": give what it was made with, and more if you like, or choose another place"
+            + ": give all objects that it was made with, and new ones if there are any, or choose another place"
         )
     return order, added
 

@@ -48,7 +48,7 @@ def save_parts(parts: Parts, path: str | os.PathLike[str], source: str = "") -> 
         ValueError: when there is a folder at `path`, or `source` is no key.
     """
     if Path(path).is_dir():
-        raise ValueError(f"{path}: a folder, and parts are saved to a file")
+        raise ValueError(f"{path}: is a folder: give a file for the parts")
     data = _encoded(_fields(parts), source)
     with replacing(Path(path)) as temporary:
         temporary.write_bytes(data)
@@ -63,9 +63,9 @@ def load_parts(path: str | os.PathLike[str]) -> Parts:
     """
     path = Path(path)
     if path.is_dir():
-        raise ValueError(f"{path}: a folder, and one parts file is needed")
+        raise ValueError(f"{path}: is a folder: give one parts file")
     if path.exists() and not path.is_file():
-        raise ValueError(f"{path}: not a regular file, and a parts file is needed")  # A pipe could have no end.
+        raise ValueError(f"{path}: is not a regular file: give a parts file")  # A pipe could have no end.
     try:
         data = path.read_bytes()
         fields = _decoded(data)

@@ -24,41 +24,44 @@ _MOST_AT_ONCE = 512
 
 
 class Match(NamedTuple):
-    """What one part of a query found in one object."""
+    """A part of a query and the nearest part of one object.
+
+    Attributes:
+        part: index of the query's part.
+        other: index of the object's part.
+        distance: D of the two parts, in radians (equation D).
+        mass: of the query's part on the object, in [0, 1].
+    """
 
     part: int
-    """Index of the query's part."""
     other: int
-    """Index of the object's part that is nearest to it."""
     distance: float
-    """Distance D of the two parts, in radians (equation D)."""
     mass: float
-    """Mass that the query's part puts on the object, in [0, 1]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Ranking:
-    """A collection of M objects in the order of their likeness to a query of P parts.
+    """A collection of M objects, ordered by similarity to a query of P parts.
 
     Attributes:
-        order: (M,) indices into the collection, best first; of equal objects the one of lower index comes first.
+        order: (M,) indices into the collection, best first; ties are broken by the lower index.
         names: of the M objects, in the order of the collection, as everything below.
-            Without the query itself, where that was asked for.
+            `order` leaves out the query itself if `exclude_self` was given.
         dissimilarity: (M,) what the order follows; smaller is more similar.
         probability: (M,) pignistic probability of the belief model, whatever the fusion that made the order.
         conflict: mass on the empty set: how far the sources of belief contradict each other.
-        ignorance: mass on the whole collection: what the sources leave open.
-        evidence: (M,) what each source says for the objects, by name: `"parts"`, and the witnesses. Empty where the
-            query's parts alone are asked.
+        ignorance: mass on the whole collection: what the sources leave undecided.
+        evidence: (M,) evidence of each source for the objects, by name: `"parts"`, and the witnesses. Empty for one-way
+            fusions.
         distances: (P, M) of the query's parts to the objects (equation 5), or lower bounds of them.
         matched: (P, M) which part of the object that is; -1 for an object without parts.
-        masses: (P, M) of the query's parts on the objects, before anything else is heard.
-        exact: (M,) bool, whether an object's distances are known. With `rank(..., top=k)` most are not: what is said
-            above of the others follows from lower bounds of their distances. They come after the first k, none is less
-            similar than its `dissimilarity` says, and the probabilities of the first k, conflict and ignorance are
-            those of a collection in which all others are as near as they can be.
+        masses: (P, M) of the query's parts on the objects, before combination.
+        exact: (M,) bool, whether an object's distances are known. With `rank(..., top=k)` most are not, and the values
+            above follow from lower bounds: these objects come after the first k, their `dissimilarity` is a lower
+            bound, and probabilities, conflict and ignorance are those of a collection in which they are as near as
+            the bounds permit.
         notes: a sentence on the query and on every object without parts; such objects come last.
-        seconds: what the stages took: `stack` to make collection and query ready, `bounds`, and `distances`, with the
+        seconds: of each stage: `stack`, to prepare collection and query, `bounds`, and `distances`, with the
             fusion.
     """
 
@@ -90,7 +93,7 @@ class Ranking:
             ValueError: when its distances are not known.
         """
         if not 0 <= j < len(self.names):
-            raise IndexError(f"object {j} was asked for, and the collection has the objects 0 to {len(self.names) - 1}")
+            raise IndexError(f"object {j} does not exist: the collection has the objects 0 to {len(self.names) - 1}")
         if not self.exact[j]:
             raise ValueError(f"object {j} was not compared by shape: rank with a larger top to explain it")
         return tuple(
@@ -117,7 +120,7 @@ def rank(
     top: int | None = None,
     exclude_self: bool = False,
 ) -> Ranking:
-    """Rank a collection by likeness to a query (equations D, 5, 4, 2 and 3).
+    """Rank a collection by similarity to a query (equations D, 5, 4, 2 and 3).
 
     By default query and objects say what they find in each other, in the eyes of a cohort of the collection (see
     `_cohort.py`); an object that `Collection.added` adds never changes the order of the others. With
@@ -142,7 +145,7 @@ def rank(
             was made ready for another matching, or `top` is not 1 or more.
     """
     if top is not None and top < 1:
-        raise ValueError(f"top must be 1 or more, and was {top}")
+        raise ValueError(f"top must be 1 or more, found {top}")
     started = time.perf_counter()
     ready = collection if isinstance(collection, Collection) else Collection.of(collection, matching)
     asked = Collection.gathered([query], matching)

@@ -40,9 +40,9 @@ def rerank(dissimilarity: np.ndarray, k: int = 6) -> np.ndarray:
     """
     matrix = np.asarray(dissimilarity, np.float64)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not np.isfinite(matrix).all():
-        raise ValueError(f"re-ranking needs a square matrix of finite values, and was given shape {matrix.shape}")
+        raise ValueError(f"re-ranking needs a square matrix of finite values, found shape {matrix.shape}")
     if not isinstance(k, int) or k < 1:
-        raise ValueError(f"k must be a whole number, 1 or more, and was {k!r}")
+        raise ValueError(f"k must be a whole number, 1 or more, found {k!r}")
     count = len(matrix)
     if count < 2:
         return np.zeros_like(matrix)

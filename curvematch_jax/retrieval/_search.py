@@ -1,4 +1,4 @@
-"""A query in a collection: what the parts can be apart at least, and what they are, where it matters."""
+"""Exact top-k search with lower bounds."""
 
 from __future__ import annotations
 

@@ -120,7 +120,7 @@ def symmetric_parts(parts: Parts, matching: Matching = SELF, limit: float = 1.3)
         ValueError: when `limit` is not a positive number.
     """
     if not 0 < limit < math.inf:
-        raise ValueError(f"limit must be a positive number, and was {limit!r}")
+        raise ValueError(f"limit must be a positive number, found {limit!r}")
     count = len(parts.areas)
     if count < 2:
         return tuple((k,) for k in range(count))

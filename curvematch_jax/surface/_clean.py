@@ -22,6 +22,7 @@ from ._topology import (
     orient,
     signed_volume,
     split_nonmanifold,
+    used,
     weld,
 )
 
@@ -54,19 +55,20 @@ class _Work:
         self.unit = 2.0 ** math.floor(math.log2(width))
         self.origin = np.where(np.abs(low) > _FAR * width, np.round(low / self.unit) * self.unit, 0.0)
         self.vertices, self.faces = (mesh.vertices - self.origin) / self.unit, mesh.faces
+        self.edges = mesh.edges
+        self.closed = is_closed_manifold(self.vertices, self.faces, self.edges)
         self.report = CleanReport()
 
     def set(self, vertices: np.ndarray, faces: np.ndarray, **changes: Any) -> None:
         """The next state; a change is a count, which is added to the report's, or a pair, which replaces it."""
         if not len(faces):
             raise MeshError(f"{self.name}: no face is left once degenerate faces are dropped")
+        if faces is not self.faces:
+            self.edges = edges(faces)
+            self.closed = is_closed_manifold(vertices, faces, self.edges)
         self.vertices, self.faces = vertices, faces
         added = {k: v if isinstance(v, tuple) else v + getattr(self.report, k) for k, v in changes.items()}
         self.report = replace(self.report, **added)
-
-    @property
-    def closed(self) -> bool:
-        return is_closed_manifold(self.vertices, self.faces)
 
     @property
     def single(self) -> bool:
@@ -143,22 +145,23 @@ def _box(mesh: Mesh) -> tuple[np.ndarray, float]:
     Raises:
         MeshError: squares would overflow, or rounding would not tell vertices apart.
     """
-    used = mesh.vertices[np.unique(mesh.faces)]
+    named = used(mesh.faces)
+    corners = mesh.vertices[: len(named)][named]
     with np.errstate(over="ignore"):
-        width = float(np.ptp(used, axis=0).max())
+        width = float(np.ptp(corners, axis=0).max())
     label = mesh.name or "mesh"
     if not _LEAST_WIDTH <= width <= _MOST_WIDTH:
         raise MeshError(f"{label}: it is {width:.3g} units wide; scale it to between {_LEAST_WIDTH} and {_MOST_WIDTH}")
-    far = float(np.abs(used).max())
+    far = float(np.abs(corners).max())
     if far > _FARTHEST * width:
         raise MeshError(f"{label}: it is {width:.3g} wide and {far:.3g} from the origin, too far for its size; move it")
-    return used.min(axis=0), width
+    return corners.min(axis=0), width
 
 
 def _weld(work: _Work) -> None:
     """Merge equal vertices, and border vertices with a crack in between: narrow ones first, until no border is left."""
     vertices, faces, welded = weld(work.vertices, work.faces)
-    size = float(np.linalg.norm(np.ptp(vertices[np.unique(faces)], axis=0)))
+    size = float(np.linalg.norm(np.ptp(compact(vertices, faces)[0], axis=0)))
     for share in _CRACKS:
         table = edges(faces)
         border = table.ends[table.count == 1]
@@ -179,8 +182,8 @@ def _across_cracks(vertices: np.ndarray, border: np.ndarray, widest: float) -> n
     length = np.linalg.norm(vertices[border[:, 0]] - vertices[border[:, 1]], axis=1)
     shortest = np.full(len(vertices), np.inf)
     np.minimum.at(shortest, border.ravel(), np.repeat(length, 2))
-    used = np.unique(border)
-    pairs = used[KDTree(vertices[used]).query_pairs(widest, output_type="ndarray")]
+    places = np.unique(border)
+    pairs = places[KDTree(vertices[places]).query_pairs(widest, output_type="ndarray")]
     apart = np.linalg.norm(vertices[pairs[:, 0]] - vertices[pairs[:, 1]], axis=1)
     return pairs[(apart <= _CRACK * shortest[pairs].min(axis=1)) | (apart <= _CRACKS[0] / widest * apart)]
 
@@ -192,9 +195,9 @@ def _make_manifold(work: _Work) -> bool:
     """
     if not work.closed:
         _drop_faces(work)
-        vertices, faces, added = split_nonmanifold(work.vertices, work.faces)
+        vertices, faces, added = split_nonmanifold(work.vertices, work.faces, work.edges)
         work.set(vertices, faces, cut=added)
-    faces, flipped, two_sided = orient(work.faces)
+    faces, flipped, two_sided = orient(work.faces, work.edges)
     if not two_sided:
         raise MeshError(f"{work.name}: the surface has one side only (like a Moebius strip); cut it open first")
     work.set(work.vertices, faces, flipped=flipped)
@@ -215,8 +218,7 @@ def _select(work: _Work) -> bool:
     """Keep the largest component; when it is open, the other open patches with it. True when patches must be joined."""
     number, label = face_components(work.faces)
     area = np.bincount(label, weights=face_areas(work.vertices, work.faces), minlength=number)
-    table = edges(work.faces)
-    on_border = table.count[table.of_halfedge] == 1
+    on_border = work.edges.count[work.edges.of_halfedge] == 1
     is_open = np.bincount(np.tile(label, 3)[on_border], minlength=number) > 0
     largest = int(np.argmax(area))
     keep = np.arange(number) == largest
@@ -240,8 +242,7 @@ def _decimate(work: _Work, target: int) -> bool:
 def _close(work: _Work, join: bool) -> None:
     if work.closed:
         return
-    table = edges(work.faces)
-    border = table.ends[table.count == 1]
+    border = work.edges.ends[work.edges.count == 1]
     _, label = label_components(len(work.vertices), border)
     sizes = np.unique(label[border[:, 0]], return_counts=True)[1].astype(float)
     holes, patches = len(sizes), face_components(work.faces)[0] if join else 0
@@ -279,8 +280,7 @@ def _face_outwards(work: _Work) -> None:
 
 def _refuse_needles(work: _Work, target: int, join: bool = False) -> None:
     """Where long edges, or bridges to join patches, enclose next to no area, millions of triangles would be made."""
-    ends = work.vertices[edges(work.faces).ends]
-    length = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
+    length = float(edge_lengths(work.vertices, work.edges).sum())
     if join:
         length += face_components(work.faces)[0] * float(np.ptp(work.vertices, axis=0).max())
     wanted = even_edge(work.vertices, work.faces, target)
@@ -291,7 +291,7 @@ def _refuse_needles(work: _Work, target: int, join: bool = False) -> None:
 def _refine(work: _Work, target: int) -> None:
     """Halve long edges; on a surface that is mostly needles only those that are longer still."""
     longest = _LONGEST * even_edge(work.vertices, work.faces, target)
-    if edge_lengths(work.vertices, work.faces).max() <= INNER * longest:
+    if edge_lengths(work.vertices, work.edges).max() <= INNER * longest:
         return
     before = len(work.vertices)
     for factor in _COARSER:

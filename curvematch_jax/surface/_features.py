@@ -7,7 +7,7 @@ import numpy as np
 
 from ._fields import Distances
 from ._mesh import Mesh
-from ._topology import edges, label_components
+from ._topology import label_components
 
 _STARTS = 3
 # On rods and tins sweeps come to rest in the middles of the caps, which are not the vertices farthest apart.
@@ -76,13 +76,15 @@ def _sweep(distances: Distances, start: int) -> tuple[tuple[int, int, float], li
         visited.append(there)
 
 
-def local_extrema(faces: np.ndarray, field: np.ndarray) -> np.ndarray:
+def local_extrema(ends: np.ndarray, field: np.ndarray) -> np.ndarray:
     """Vertices where `field` `(v,)` is strictly higher, or strictly lower, than on the whole one-ring, ascending.
 
     Connected vertices of equal value count as one place: a plateau that is higher (lower) than everything
     around it gives its lowest-numbered vertex.
+
+    Args:
+        ends: `(e, 2)`, those of the mesh's edges.
     """
-    ends = edges(faces).ends
     count = len(field)
     level = field[ends[:, 0]] == field[ends[:, 1]]
     number, plateau = label_components(count, ends[level])
@@ -117,8 +119,8 @@ def feature_points(mesh: Mesh, distances: Distances, epsilon: float, least: int 
         least: how many points there are at least.
     """
     v1, v2, diameter = diameter_pair(mesh, distances)
-    first = local_extrema(mesh.faces, distances(v1))
-    second = local_extrema(mesh.faces, distances(v2))
+    first = local_extrema(mesh.edges.ends, distances(v1))
+    second = local_extrema(mesh.edges.ends, distances(v2))
     reach = epsilon * diameter
     candidates = _candidates(distances, first, second, reach)
     if len(candidates):

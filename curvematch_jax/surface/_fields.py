@@ -10,7 +10,6 @@ from ._mesh import Mesh
 from ._shortcuts import shortcut_graph
 from ._smooth import smoothing_step
 from ._spectral import SpectralDistances, SpectralField
-from ._topology import face_areas
 
 Field = Literal["geodesic", SpectralField]
 
@@ -49,7 +48,7 @@ def curve_unit(mesh: Mesh, field: Field, diameter: float) -> float:
     """
     if field == "geodesic":
         return diameter
-    return _DIAMETER * float(np.sqrt(face_areas(mesh.vertices, mesh.faces).sum()))
+    return _DIAMETER * float(np.sqrt(mesh.area))
 
 
 class Geodesics:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ._mesh import Mesh
-from ._topology import Edges, edges, label_components
+from ._topology import Edges, label_components
 
 
 class _Crossings(NamedTuple):
@@ -31,7 +31,6 @@ class LevelSets:
         mesh: an oriented manifold, with or without boundary.
         function: `(v,)`.
         values: `(L,)`, ascending.
-        table: `edges(mesh.faces)`, to share it between functions.
 
     Attributes:
         level: `(k,)` of each curve the index of its value.
@@ -40,8 +39,8 @@ class LevelSets:
         fronts: `(L,)` length of all curves of each value together.
     """
 
-    def __init__(self, mesh: Mesh, function: np.ndarray, values: np.ndarray, table: Edges | None = None):
-        self._table = edges(mesh.faces) if table is None else table
+    def __init__(self, mesh: Mesh, function: np.ndarray, values: np.ndarray):
+        self._table = mesh.edges
         # Between which values a vertex is: it is inside of level k when its band is no more than k.
         self._band = np.searchsorted(values, function, side="left")
         self._crossings = _crossings(mesh, function, values, self._band, self._table)
@@ -61,16 +60,19 @@ class LevelSets:
 
     def polyline(self, curve: int) -> np.ndarray:
         """Points `(p, 3)` of one closed curve in order, without repeating the first."""
-        start = int(self._starts[curve])
-        following = self._following
+        start, following = self._starts[curve], self._steps
         order = [start]
-        while (after := following[order[-1]].item()) != start:
+        while (after := following[order[-1]]) != start:
             order.append(after)
         return self._crossings.points[order]
 
     @cached_property
-    def _starts(self) -> np.ndarray:
-        return np.unique(self._curve, return_index=True)[1]
+    def _starts(self) -> list[int]:
+        return np.unique(self._curve, return_index=True)[1].tolist()
+
+    @cached_property
+    def _steps(self) -> list[int]:
+        return self._following.tolist()  # numbers of a list are ten times as quick to get as those of an array
 
     def follow(self, source: int, dominance: float) -> list[int | None]:
         """The curve around vertex `source`, where the function is lowest, followed through the levels.
@@ -87,20 +89,23 @@ class LevelSets:
         levels = len(self.fronts)
         found: list[int | None] = [None] * levels
         below, above, at_source = self._pieces(source)
-        reached = np.array([at_source]) if self._band[source] == 0 else np.array([], dtype=np.int64)
+        curves: list[list[int]] = [[] for _ in range(levels)]
+        for curve, level in enumerate(self.level.tolist()):
+            curves[level].append(curve)
+        lengths, closed = self.lengths.tolist(), self.closed.tolist()
+        reached = {at_source} if self._band[source] == 0 else set()
         for level in range(levels):
-            curves = np.flatnonzero(self.level == level)
-            current = curves[np.isin(below[curves], reached)]
-            if not len(current) or not self.closed[current].all():
+            current = [curve for curve in curves[level] if below[curve] in reached]
+            if not current or not all(closed[curve] for curve in current):
                 break
-            longest = current[np.argmax(self.lengths[current])]
-            if self.lengths[longest] >= dominance * self.lengths[current].sum() > 0:
-                current = np.array([longest])
-                found[level] = int(longest)
-            reached = above[current]
+            longest = max(current, key=lengths.__getitem__)
+            if lengths[longest] >= dominance * sum(lengths[curve] for curve in current) > 0:
+                current = [longest]
+                found[level] = longest
+            reached = {above[curve] for curve in current}
         return found
 
-    def _pieces(self, source: int) -> tuple[np.ndarray, np.ndarray, int]:
+    def _pieces(self, source: int) -> tuple[list[int], list[int], int]:
         """Of each curve the connected pieces of the bands below and above it; and the piece that a vertex is in.
 
         Nodes: the vertices, the curves as upper ends of pieces, the curves as lower ends. Inside one face a band is
@@ -120,7 +125,7 @@ class LevelSets:
             np.stack([lower[through], upper[through + 1]], axis=1),
         ]
         _, piece = label_components(count + 2 * curves, np.concatenate(links))
-        return piece[count : count + curves], piece[count + curves :], int(piece[source])
+        return piece[count : count + curves].tolist(), piece[count + curves :].tolist(), int(piece[source])
 
 
 def _crossings(mesh: Mesh, function: np.ndarray, values: np.ndarray, band: np.ndarray, table: Edges) -> _Crossings:

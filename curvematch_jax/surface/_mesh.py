@@ -1,8 +1,11 @@
 """The triangle mesh that everything else in `surface` takes."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+
+from . import _topology
 
 _DIGITS = 18
 
@@ -45,6 +48,21 @@ class Mesh:
         label = self.name or "mesh"
         object.__setattr__(self, "vertices", _checked_vertices(self.vertices, label))
         object.__setattr__(self, "faces", _checked_faces(self.faces, len(self.vertices), label))
+
+    @cached_property
+    def edges(self) -> _topology.Edges:
+        """Every edge once, and the half-edges on it."""
+        return _topology.edges(self.faces)
+
+    @cached_property
+    def face_areas(self) -> np.ndarray:
+        """Area of each face `(f,)`, in squared mesh units."""
+        return _topology.face_areas(self.vertices, self.faces)
+
+    @property
+    def area(self) -> float:
+        """Of the surface, in squared mesh units."""
+        return float(self.face_areas.sum())
 
 
 def _checked_vertices(vertices: np.ndarray, label: str) -> np.ndarray:

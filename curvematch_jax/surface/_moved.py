@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import KDTree
 
-from ._topology import edges, face_areas, signed_volume
+from ._topology import compact, edges, face_areas, signed_volume
 
 _SAMPLES, _DENSE = 2000, 20_000  # points whose distance to the other surface is looked for, and points on that one
 _NEAREST = 8  # points of the other surface whose faces are looked at
@@ -24,7 +24,7 @@ class Shape(NamedTuple):
 def shape_of(vertices: np.ndarray, faces: np.ndarray) -> Shape:
     """The shape of a surface in one or more oriented pieces."""
     closed = bool((edges(faces).count == 2).all())
-    x, y, z = np.ptp(vertices[np.unique(faces)], axis=0).tolist()
+    x, y, z = np.ptp(compact(vertices, faces)[0], axis=0).tolist()
     area = float(face_areas(vertices, faces).sum())
     return Shape(area, abs(signed_volume(vertices, faces)) if closed else None, (x, y, z))
 

@@ -31,8 +31,19 @@ def parse_off(text: str) -> tuple[np.ndarray, np.ndarray]:
             f"but only {len(lines)} lines of data follow"
         )
     vertices = _vertices(lines[:vertex_count])
-    polygons = _polygons(lines[vertex_count : vertex_count + face_count])
-    return vertices, triangulated(vertices, polygons)
+    lines = lines[vertex_count : vertex_count + face_count]
+    triangles = _columns(lines, 4, np.int64)
+    if triangles is not None and (triangles[:, 0] == 3).all():
+        return vertices, triangles[:, 1:]
+    return vertices, triangulated(vertices, _polygons(lines))
+
+
+def _columns(lines: list[str], count: int, dtype: type) -> np.ndarray | None:
+    """The first columns of a table of numbers, much faster than line by line; None unless every line has them."""
+    try:
+        return np.loadtxt(lines, dtype, comments=None, usecols=range(count), ndmin=2) if lines else None
+    except ValueError:
+        return None
 
 
 def _content_lines(text: str) -> list[str]:
@@ -59,6 +70,9 @@ def _counts(lines: list[str]) -> tuple[tuple[int, int], list[str]]:
 
 
 def _vertices(lines: list[str]) -> np.ndarray:
+    vertices = _columns(lines, 3, np.float64)
+    if vertices is not None:
+        return vertices
     rows = [line.split()[:3] for line in lines]
     try:
         return np.array(rows, dtype=np.float64).reshape(len(rows), 3)

@@ -1,5 +1,6 @@
 """From a mesh to its parts: the fixed-size arrays that are handed to the engine."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,7 +13,6 @@ from ._mesh import Mesh, MeshError
 from ._report import CleanReport
 from ._smooth import smooth
 from ._spectrum import spectrum
-from ._topology import Edges, edges, face_areas
 from ._views import views
 
 # Sizes of surfaces: how much the area counts in them, and the diameter of creatures with limbs in its square roots. One
@@ -168,10 +168,9 @@ def parts_around(
         notes: what cleaning changed.
     """
     unit = curve_unit(mesh, extraction.field, features.diameter)
-    area = float(face_areas(mesh.vertices, mesh.faces).sum())
+    area = mesh.area
     reach = size_of(features.diameter, area) if extraction.field == "geodesic" else features.diameter
-    table = edges(mesh.faces)
-    parts = [_part(mesh, table, distances(v) / reach, v, extraction) for v in features.vertices.tolist()]
+    parts = [_part(mesh, distances(v) / reach, v, extraction) for v in features.vertices.tolist()]
     curves, mask, lengths, fronts, centres, areas = (np.stack(column) for column in zip(*parts, strict=True))
     between = np.stack([distances(v)[features.vertices] for v in features.vertices.tolist()]) / features.diameter
     return Parts(
@@ -196,46 +195,50 @@ def size_of(diameter: float, area: float) -> float:
     return float(diameter ** (1 - _AREA_COUNTS) * (_LIMBED * np.sqrt(area)) ** _AREA_COUNTS)
 
 
-def _part(
-    mesh: Mesh, table: Edges, relative: np.ndarray, vertex: int, extraction: Extraction
-) -> tuple[np.ndarray, ...]:
-    sets = LevelSets(mesh, relative, extraction.radii, table)
+def _part(mesh: Mesh, relative: np.ndarray, vertex: int, extraction: Extraction) -> tuple[np.ndarray, ...]:
+    sets = LevelSets(mesh, relative, extraction.radii)
     found = sets.follow(vertex, _DOMINANCE)
     curves = np.zeros((extraction.levels, 3, extraction.samples))
     lengths = np.zeros(extraction.levels)
     centres = np.zeros((extraction.levels, 3))
     mask = np.array([curve is not None for curve in found])
-    for k, curve in enumerate(found):
-        if curve is not None:
-            curves[k], lengths[k], centres[k] = normalise(sets.polyline(curve), extraction.samples)
+    polylines = [sets.polyline(curve) for curve in found if curve is not None]
+    if polylines:
+        curves[mask], lengths[mask], centres[mask] = normalise(polylines, extraction.samples)
     return curves, mask, lengths, sets.fronts, centres, area_share(mesh, relative, extraction.radius)
 
 
-def normalise(polyline: np.ndarray, samples: int) -> tuple[np.ndarray, float, np.ndarray]:
-    """Sample a closed polyline `(p, 3)` evenly by arc length.
+def normalise(polylines: Sequence[np.ndarray], samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sample closed polylines `(p, 3)` evenly by arc length.
 
     Returns:
-        the samples `(3, samples)`, centred and scaled so that the closed polygon through them has length 1, that
-        polygon's length and its centre `(3,)` in the units of the input.
+        the samples `(k, 3, samples)`, centred and scaled so that the closed polygon through them has length 1, the
+        lengths of these polygons `(k,)` and their centres `(k, 3)` in the units of the input.
     """
-    closed = np.concatenate([polyline, polyline[:1]])
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
+    points = np.stack([_evenly(polyline, samples) for polyline in polylines])
+    centres = points.mean(axis=2)
+    lengths = np.sqrt((np.diff(points, axis=2, append=points[:, :, :1]) ** 2).sum(axis=1)).sum(axis=1)
+    return (points - centres[:, :, None]) / lengths[:, None, None], lengths, centres
+
+
+def _evenly(polyline: np.ndarray, samples: int) -> np.ndarray:
+    closed = np.concatenate([polyline, polyline[:1]]).T
+    steps = np.sqrt((np.diff(closed, axis=1) ** 2).sum(axis=0))
+    along = np.concatenate([[0.0], np.cumsum(steps)])
     wanted = np.arange(samples) * (along[-1] / samples)
-    points = np.stack([np.interp(wanted, along, closed[:, k]) for k in range(3)])
-    centre = points.mean(axis=1)
-    length = float(np.linalg.norm(np.roll(points, -1, axis=1) - points, axis=0).sum())
-    return (points - centre[:, None]) / length, length, centre
+    return np.stack([np.interp(wanted, along, component) for component in closed])
 
 
 def area_share(mesh: Mesh, function: np.ndarray, value: float) -> np.ndarray:
     """Share of the area where a function, given at the vertices `(v,)` and linear on faces, is at most `value`."""
-    total = face_areas(mesh.vertices, mesh.faces)
-    low, middle, high = np.sort(function[mesh.faces], axis=1).T
+    a, b, c = function[mesh.faces.T]
+    lower, upper = np.minimum(a, b), np.maximum(a, b)
+    low, middle, high = np.minimum(lower, c), np.maximum(lower, np.minimum(upper, c)), np.maximum(upper, c)
     with np.errstate(divide="ignore", invalid="ignore"):
         near = (value - low) ** 2 / ((middle - low) * (high - low))  # a corner cut off at the low end
         far = 1 - (high - value) ** 2 / ((high - middle) * (high - low))  # all but a corner at the high end
     share = np.select([value >= high, value <= low, value <= middle], [1.0, 0.0, near], far)
-    return np.asarray((share * total).sum() / total.sum())
+    return np.asarray((share * mesh.face_areas).sum() / mesh.area)
 
 
 def _warnings(features: Features, mask: np.ndarray) -> tuple[str, ...]:

@@ -7,7 +7,6 @@ on Multimedia Signal Processing, 2001.
 import numpy as np
 
 from ._mesh import Mesh
-from ._topology import face_areas
 
 
 def canonical_vertices(mesh: Mesh) -> np.ndarray:
@@ -16,8 +15,7 @@ def canonical_vertices(mesh: Mesh) -> np.ndarray:
     The axes are the principal ones of the surface, the longest first (continuous PCA: every point of every triangle
     counts, not only vertices). Each points to where the surface's second moment about the centroid is greater.
     """
-    shares = face_areas(mesh.vertices, mesh.faces)
-    shares = shares / shares.sum()
+    shares = mesh.face_areas / mesh.area
     vertices = mesh.vertices - shares @ mesh.vertices[mesh.faces].mean(axis=1)
     corners = vertices[mesh.faces]
     sums = corners.sum(axis=1)

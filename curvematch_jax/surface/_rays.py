@@ -3,6 +3,8 @@
 import numpy as np
 from scipy.spatial import KDTree
 
+from ._topology import cross
+
 _SLACK = 1e-9  # rays along an edge meet both of its triangles, and never slip between them
 
 
@@ -14,11 +16,12 @@ def reach(triangles: np.ndarray, directions: np.ndarray) -> np.ndarray:
         directions: `(r, 3)`, of unit length.
     """
     triangle, ray = _in_cones(triangles, directions)
-    shares, whole = _barycentric(triangles[triangle], directions[ray])
+    sides = _sides(triangles)
+    shares, whole = _barycentric(sides[triangle], directions[ray])
     met = (shares >= -_SLACK).all(axis=1)
-    a, b, c = np.moveaxis(triangles[triangle[met]], 1, 0)
+    volume = (triangles[:, 0] * sides[:, 0]).sum(axis=1)
     farthest = np.zeros(len(directions))
-    np.maximum.at(farthest, ray[met], np.einsum("ij,ij->i", a, np.cross(b, c)) / whole[met])
+    np.maximum.at(farthest, ray[met], volume[triangle[met]] / whole[met])
     return farthest
 
 
@@ -34,7 +37,7 @@ def depths(triangles: np.ndarray, half: float, pixels: int) -> tuple[np.ndarray,
     on_image = (triangles[:, :, :2] + half) * pixels / (2 * half) - 0.5
     triangle, pixel = _in_boxes(on_image, pixels)
     flat = np.insert(on_image, 2, 1.0, axis=2)
-    shares, _ = _barycentric(flat[triangle], np.insert(pixel.astype(float), 2, 1.0, axis=1))
+    shares, _ = _barycentric(_sides(flat)[triangle], np.insert(pixel.astype(float), 2, 1.0, axis=1))
     met = (shares >= -_SLACK).all(axis=1)
     height = np.einsum("ij,ij->i", shares[met], triangles[triangle[met], :, 2])
     low, high = np.full((pixels, pixels), np.inf), np.full((pixels, pixels), -np.inf)
@@ -43,14 +46,21 @@ def depths(triangles: np.ndarray, half: float, pixels: int) -> tuple[np.ndarray,
     return low, high
 
 
-def _barycentric(triangles: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _sides(triangles: np.ndarray) -> np.ndarray:
+    """Normals `(f, 3, 3)` of the planes through the origin and the side opposite to each corner."""
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    return np.stack([cross(b, c), cross(c, a), cross(a, b)], axis=1)
+
+
+def _barycentric(sides: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Where the whole line of each ray meets its triangle's plane: coordinates `(p, 3)` that sum up to 1.
 
     Also their common denominator `(p,)`. Rays parallel to the plane get NaN, which compares as outside.
+
+    Args:
+        sides: `(p, 3, 3)`, of the triangle of each ray.
     """
-    a, b, c = np.moveaxis(triangles, 1, 0)
-    opposite = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
-    volumes = np.einsum("pki,pi->pk", opposite, directions)
+    volumes = (sides @ directions[:, :, None])[:, :, 0]
     whole = volumes.sum(axis=1)
     whole = np.where(whole == 0, np.nan, whole)
     return volumes / whole[:, None], whole

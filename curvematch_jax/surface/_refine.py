@@ -17,10 +17,10 @@ def even_edge(vertices: np.ndarray, faces: np.ndarray, count: int) -> float:
     return float(np.sqrt(face_areas(vertices, faces).sum() / count * 2 / np.sqrt(3)))
 
 
-def edge_lengths(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+def edge_lengths(vertices: np.ndarray, table: Edges) -> np.ndarray:
     """The length of each edge, once."""
-    ends = edges(faces).ends
-    return np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
+    x, y, z = (vertices[table.ends[:, 0]] - vertices[table.ends[:, 1]]).T
+    return np.sqrt(x * x + y * y + z * z)
 
 
 def refine(vertices: np.ndarray, faces: np.ndarray, longest: float, most: int) -> tuple[np.ndarray, np.ndarray] | None:
@@ -34,12 +34,11 @@ def refine(vertices: np.ndarray, faces: np.ndarray, longest: float, most: int) -
         most: how many vertices there may be.
     """
     faces, piece = flip_edges(vertices, faces, flat_pieces(vertices, faces))
-    steps = max(int(np.ceil(np.log2(edge_lengths(vertices, faces).max() / longest))), 0)
+    steps = max(int(np.ceil(np.log2(edge_lengths(vertices, edges(faces)).max() / longest))), 0)
     for wanted in longest * 2.0 ** np.arange(steps, -1, -1):
         while True:
             table = edges(faces)
-            ends = vertices[table.ends]
-            length = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
+            length = edge_lengths(vertices, table)
             long = _between_pieces(faces, piece, table) & (length > wanted)
             if not long.any():
                 long = length > INNER * wanted
@@ -49,7 +48,7 @@ def refine(vertices: np.ndarray, faces: np.ndarray, longest: float, most: int) -
                 return None
             middle = np.full(len(long), -1)
             middle[long] = len(vertices) + np.arange(long.sum())
-            vertices = np.concatenate([vertices, ends[long].mean(axis=1)])
+            vertices = np.concatenate([vertices, vertices[table.ends[long]].mean(axis=1)])
             faces, parent = _split(vertices, faces, middle[table.of_halfedge].reshape(3, -1).T)
             faces, piece = flip_edges(vertices, faces, piece[parent])
     return vertices, faces

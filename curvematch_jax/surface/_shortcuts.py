@@ -1,15 +1,15 @@
 """A graph on the vertices of a surface: edges, and straight lines over faces, with shortest ways close to geodesics."""
 
-from typing import Any
-
 import numpy as np
 import scipy.sparse as sp
 
 from ._mesh import Mesh
-from ._topology import edges, neighbour_pairs
+from ._refine import edge_lengths
+from ._topology import Edges, neighbour_pairs
 
 # Windows narrower than this are not looked through: ways between lines that are so much apart are 1 % too long at most.
-_NARROWEST = 0.2  # radians
+_NARROWEST = 0.3  # radians
+_SHORTEST = 1e-12  # of the other two edges of a face: shorter ones are unfolded as if they were so long
 _DEPTH = 256  # edges that a straight line crosses at most
 
 
@@ -25,23 +25,25 @@ def shortcut_graph(mesh: Mesh) -> sp.csr_matrix:
     Args:
         mesh: an oriented manifold, with or without boundary.
     """
-    table = edges(mesh.faces)
-    length = np.linalg.norm(mesh.vertices[table.ends[:, 0]] - mesh.vertices[table.ends[:, 1]], axis=1)
+    table = mesh.edges
+    length = edge_lengths(mesh.vertices, table)
     found = [(table.ends[:, 0], table.ends[:, 1], length)]
-    found += _lines(mesh.faces, length[table.of_halfedge], _opposite(mesh.faces))
+    found += _lines(mesh.faces, length[table.of_halfedge], _opposite(mesh.faces, table))
     start, end, along = (np.concatenate(column) for column in zip(*found, strict=True))
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    order = np.lexsort((along, high, low))
-    low, high, along = low[order], high[order], along[order]
-    first = np.flatnonzero(np.r_[True, (low[1:] != low[:-1]) | (high[1:] != high[:-1])])
     count = len(mesh.vertices)
-    half = sp.coo_matrix((along[first], (low[first], high[first])), shape=(count, count)).tocsr()
+    key = np.minimum(start, end) * count + np.maximum(start, end)
+    order = np.argsort(key)
+    key = key[order]
+    first = np.flatnonzero(np.r_[True, key[1:] != key[:-1]])
+    low, high = np.divmod(key[first], count)
+    shortest = np.minimum.reduceat(along[order], first)
+    half = sp.coo_matrix((shortest, (low, high)), shape=(count, count)).tocsr()
     return half + half.T
 
 
-def _opposite(faces: np.ndarray) -> np.ndarray:
+def _opposite(faces: np.ndarray, table: Edges) -> np.ndarray:
     """For each half-edge the one on the other side of its edge, -1 where there is none."""
-    halfedges, _ = neighbour_pairs(faces, edges(faces))
+    halfedges, _ = neighbour_pairs(faces, table)
     other = np.full(3 * len(faces), -1)
     other[halfedges[:, 0]], other[halfedges[:, 1]] = halfedges[:, 1], halfedges[:, 0]
     return other
@@ -57,46 +59,55 @@ def _lines(faces: np.ndarray, length: np.ndarray, opposite: np.ndarray) -> list[
     corner, face = np.divmod(np.arange(3 * size), size)
     after = (corner + 1) % 3 * size + face  # the half-edge that follows in the same face
     tail = faces.T.ravel()
-    a = length + 0j
-    b = _apex(a, 0j, length[after], length[after[after]])
+    a, b, shape = _unfolded(length, length[after], length[after[after]])
     # The source, where the line began (one that comes back there is no shortest way), the window, its ends and view.
-    state: tuple[Any, ...] = (tail, after, after, a, b, a, b)
+    seeing = (opposite[after] >= 0) & _wide(a, b)
+    state = tuple(x[seeing] for x in (tail, after, after, a, b, a, b))
     found = []
     for _ in range(_DEPTH):
-        keep = (opposite[state[2]] >= 0) & _wide(*state[5:])
-        source, begun, window, a, b, low, high = (x[keep] for x in state)
+        source, begun, window, a, b, low, high = state
         if not len(source):
             break
         across = opposite[window]
-        first, second = after[across], after[after[across]]  # from A to the new vertex, and from it to B
-        w = _apex(a, b, length[first], length[second])
+        first = after[across]  # from A to the new vertex
+        second = after[first]  # from it to B
+        w = b + shape[across] * (a - b)
         right, left = _cross(low, w) > 0, _cross(w, high) > 0
         seen = right & left
         found.append((source[seen], tail[second[seen]], np.abs(w[seen])))
         # Through the edge from A to the new vertex goes what is seen to the right of that vertex, and so on.
-        right &= first != opposite[begun]
-        left &= second != opposite[begun]
-        ways = (
-            (source, begun, first, a, w, low, np.where(seen, w, high)),
-            (source, begun, second, w, b, np.where(seen, w, low), high),
-        )
+        lowest, highest = np.where(seen, w, low), np.where(seen, w, high)
+        right &= (first != opposite[begun]) & (opposite[first] >= 0) & _wide(low, highest)
+        left &= (second != opposite[begun]) & (opposite[second] >= 0) & _wide(lowest, high)
+        right, left = np.flatnonzero(right), np.flatnonzero(left)
+        ways = (source, begun, first, a, w, low, highest), (source, begun, second, w, b, lowest, high)
         state = tuple(np.concatenate([x[right], y[left]]) for x, y in zip(*ways, strict=True))
     return found
 
 
 def _wide(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Whether the angle from `low` to `high` is more than the narrowest that is looked into."""
-    turn = np.conj(low) * high
-    return np.imag(turn) > np.tan(_NARROWEST) * np.maximum(np.real(turn), 0)
+    along = low.real * high.real + low.imag * high.imag
+    return _cross(low, high) > np.tan(_NARROWEST) * np.maximum(along, 0)
 
 
-def _apex(a: np.ndarray, b: np.ndarray | complex, from_a: np.ndarray, from_b: np.ndarray) -> np.ndarray:
-    """The point at these distances from A and B, to the right of the line from A to B."""
-    edge = np.maximum(np.abs(b - a), np.finfo(float).tiny)
-    x = (edge**2 + (from_a - from_b) * (from_a + from_b)) / (2 * edge)
-    y = np.sqrt(np.maximum((from_a - x) * (from_a + x), 0))
-    return a + (x - 1j * y) * ((b - a) / edge)
+def _unfolded(
+    edge: np.ndarray, from_head: np.ndarray, from_tail: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Triangles in the complex plane, one edge of each from 0 along the real axis and the third corner to its left.
+
+    Args:
+        edge, from_head, from_tail: `(h,)`, lengths of the edge and of what joins its head and its tail to the corner.
+
+    Returns:
+        the head of the edge, the corner, and the corner in the plane in which the edge is 1 long; `(h,)`.
+    """
+    edge = np.maximum(edge, _SHORTEST * (from_head + from_tail) + np.finfo(float).tiny)
+    x = (edge**2 + (from_tail - from_head) * (from_tail + from_head)) / (2 * edge)
+    x = np.clip(x, -from_tail, from_tail)
+    corner = x + 1j * np.sqrt((from_tail - x) * (from_tail + x))
+    return edge + 0j, corner, corner / edge
 
 
 def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.imag(np.conj(one) * other)
+    return one.real * other.imag - one.imag * other.real

@@ -8,7 +8,6 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 
 from ._mesh import Mesh
-from ._topology import face_areas
 
 # With the area as unit: vertices and faces of no area get this much, and divide nothing by zero.
 _LEAST_AREA = 1e-10
@@ -29,11 +28,11 @@ def smooth(mesh: Mesh, length: float) -> Mesh:
     """
     if not length:
         return mesh
-    size, centre = float(np.sqrt(face_areas(mesh.vertices, mesh.faces).sum())), mesh.vertices.mean(axis=0)
+    size, centre = float(np.sqrt(mesh.area)), mesh.vertices.mean(axis=0)
     unit = (mesh.vertices - centre) / size
     mass, cotangents = _laplacian(unit, mesh.faces)
-    energy = cotangents @ sp.diags_array(1 / mass) @ cotangents
-    moved = _factors(sp.diags_array(mass) + length**4 * energy).solve(mass[:, None] * unit)
+    # 1 / (1 + t^2 l^2) is the real part of 1 / (1 + i t l), whose matrix has a third of the entries.
+    moved = factors(sp.diags_array(mass) + 1j * length**2 * cotangents).solve(mass[:, None] * unit + 0j).real
     if not np.isfinite(moved).all():
         return mesh
     return Mesh(moved * size + centre, mesh.faces, mesh.name)
@@ -50,13 +49,13 @@ def smoothing_step(mesh: Mesh, length: float) -> Callable[[np.ndarray], np.ndarr
     """
     used, corners = np.unique(mesh.faces, return_inverse=True)
     points = mesh.vertices[used] - mesh.vertices[used].mean(axis=0)
-    size = float(np.sqrt(face_areas(mesh.vertices, mesh.faces).sum()))
+    size = float(np.sqrt(mesh.area))
     mass, cotangents = _laplacian(points / max(size, np.finfo(float).tiny), corners.reshape(mesh.faces.shape))
-    factors = _factors(sp.diags_array(mass) + length**2 * cotangents)
+    solver = factors(sp.diags_array(mass) + length**2 * cotangents)
 
     def smoothed(function: np.ndarray) -> np.ndarray:
         result = function.copy()
-        result[used] = factors.solve(mass * function[used])
+        result[used] = solver.solve(mass * function[used])
         return result
 
     return smoothed
@@ -70,7 +69,8 @@ def _laplacian(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, sp.
     return mass, sp.csc_array(potpourri3d.cotan_laplacian(vertices, faces, denom_eps=_LEAST_AREA))
 
 
-def _factors(matrix: Any) -> scipy.sparse.linalg.SuperLU:
+def factors(matrix: Any) -> scipy.sparse.linalg.SuperLU:
+    """What solves a symmetric system whose real part is positive."""
     # Symmetric and positive: an ordering for such matrices, and no pivoting, take half of the time.
     return scipy.sparse.linalg.splu(
         matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}

@@ -13,7 +13,8 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 
 from ._mesh import Mesh
-from ._topology import face_areas, face_components
+from ._smooth import factors
+from ._topology import face_components, used
 
 SpectralField = Literal["diffusion", "biharmonic", "commute_time"]
 
@@ -67,9 +68,9 @@ class SpectralDistances:
     """
 
     def __init__(self, mesh: Mesh, field: SpectralField):
-        if face_components(mesh.faces)[0] > 1 or len(np.unique(mesh.faces)) < len(mesh.vertices):
+        if face_components(mesh.faces)[0] > 1 or used(mesh.faces).sum() < len(mesh.vertices):
             raise ValueError(f"{mesh.name or 'mesh'}: spectral distances need one connected surface and nothing else")
-        size = float(np.sqrt(face_areas(mesh.vertices, mesh.faces).sum()))
+        size = float(np.sqrt(mesh.area))
         unit = (mesh.vertices - mesh.vertices.mean(axis=0)) / size
         eigenvalues, functions = eigenpairs(unit, mesh.faces, _EIGENPAIRS)
         fading = 1 - eigenvalues / eigenvalues[-1]
@@ -108,4 +109,6 @@ def _lowest(matrix: sp.csc_array, count: int, start: np.ndarray) -> Any:
     """The lowest eigenvalues of a symmetric matrix, ascending, and their eigenvectors."""
     if len(start) < _DENSE * count:
         return scipy.linalg.eigh(matrix.toarray(), subset_by_index=(0, count - 1))
-    return scipy.sparse.linalg.eigsh(matrix, count, sigma=_SHIFT, v0=start)
+    solver = factors(matrix - _SHIFT * sp.eye_array(len(start)))
+    inverse = scipy.sparse.linalg.LinearOperator(matrix.shape, matvec=solver.solve, dtype=matrix.dtype)
+    return scipy.sparse.linalg.eigsh(matrix, count, sigma=_SHIFT, v0=start, OPinv=inverse)

@@ -8,7 +8,6 @@ import numpy as np
 
 from ._mesh import Mesh
 from ._spectral import eigenpairs
-from ._topology import face_areas
 
 # By Weyl's law they grow in proportion to their index; the 20th wave is half a square root of the area long.
 EIGENVALUES = 20
@@ -16,5 +15,5 @@ EIGENVALUES = 20
 
 def spectrum(mesh: Mesh, count: int = EIGENVALUES) -> np.ndarray:
     """The lowest eigenvalues above 0 times the area, `(count,)`, ascending; fewer of a mesh of fewer vertices."""
-    size = float(np.sqrt(face_areas(mesh.vertices, mesh.faces).sum()))
+    size = float(np.sqrt(mesh.area))
     return eigenpairs((mesh.vertices - mesh.vertices.mean(axis=0)) / size, mesh.faces, count)[0]

@@ -82,6 +82,7 @@ class Small(NamedTuple):
 SMALL: dict[str, Small] = {
     "engine": Small(None, "--quick", "speeds"),
     "tradeoff": Small(yardstick, "--settings fast --repeat 1", "settings"),
+    "peers": Small(None, "--pairs 1 --batch 2 --samples 40", "curves"),
     "outlines": Small(outlines, "--presets rigid --samples 32", "presets", slow=False),
     "retrieval": Small(meshes, "--jobs 1", "collections"),
     "ablation": Small(eight_meshes, "--jobs 1 --rows default", "collections"),

@@ -57,13 +57,15 @@ def test_status(parts, tmp_path, capsys):
     assert run(["matrix", "--out", str(tmp_path / "none.zarr"), "--status"]) == 2
     assert "no such matrix" in capsys.readouterr().err
     assert run(["matrix", "--out", str(out)]) == 2
-    assert "meshes or parts are needed" in capsys.readouterr().err
+    assert "give meshes or parts" in capsys.readouterr().err
 
 
 def test_other_settings_are_refused(parts, tmp_path, capsys):
     result(capsys, parts, "--out", tmp_path / "D.zarr")
     assert run(["matrix", str(parts), "--out", str(tmp_path / "D.zarr"), "--preset", "partial"]) == 2
-    assert "was made with isometry_weight = 12.0, and is asked for with isometry_weight = 0.0" in capsys.readouterr().err
+    assert (
+        "was made with isometry_weight = 12.0, and is asked for with isometry_weight = 0.0" in capsys.readouterr().err
+    )
 
 
 def test_what_is_no_matrix_is_refused_before_any_work(tmp_path, capsys):

@@ -182,7 +182,7 @@ def test_parts_are_no_meshes(meshes, fresh, tmp_path, capsys):
     assert "no meshes" in capsys.readouterr().err
     (tmp_path / "file").write_text("")
     assert run(["parts", str(meshes), "--out", str(tmp_path / "file"), *OPTIONS]) == 2
-    assert "a folder for parts is needed" in capsys.readouterr().err
+    assert "give a folder for the parts" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("unneeded")

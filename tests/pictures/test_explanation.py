@@ -176,8 +176,8 @@ def test_masses_by_parts_and_objects(tmp_path):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("why.mesh", "the suffix '.mesh' names no format of pictures; known are .*png"),
-        ("why", r"the suffix \(none\) names no format"),
+        ("why.mesh", "the suffix '.mesh' is not a picture format; known are .*png"),
+        ("why", r"the suffix \(none\) is not a picture format"),
         ("missing/why.png", "is no folder that can be written to"),
         ("folder.png", "is a folder, not a picture"),
     ],

@@ -151,7 +151,7 @@ def test_wrong_witnesses_are_refused():
     # A TypeError comes from the annotations, which are executed in tests.
     with pytest.raises((ValueError, TypeError), match="smell"):
         Witness("smell")  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="0 or more, and was -1"):
+    with pytest.raises(ValueError, match="0 or more, found -1"):
         Witness("views", -1.0)
     with pytest.raises(ValueError, match="named twice"):
         Matching(witnesses=(Witness("views"), Witness("views", 0.5)))

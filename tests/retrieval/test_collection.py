@@ -122,9 +122,9 @@ def test_an_object_that_was_only_bounded_is_not_explained(objects):
 
 def test_what_a_collection_is_not_ready_for_is_refused(objects, make_parts):
     ready = Collection.of(objects[:2])
-    with pytest.raises(ValueError, match="with unit = 'area', and this one comes with unit = 'diameter'"):
+    with pytest.raises(ValueError, match="with unit = 'area', and the query comes with unit = 'diameter'"):
         rank(objects[0], ready, Matching(unit="diameter"))
-    with pytest.raises(ValueError, match="ready for queries with aligner"):
+    with pytest.raises(ValueError, match="prepared with aligner"):
         rank(objects[0], ready, Matching.elastic())
     one_way, other = Matching(fusion="belief"), Matching(fusion="belief", candidates=0, unit="diameter")
     with pytest.raises(ValueError, match="with unit = 'area'"):

@@ -122,11 +122,11 @@ def test_damage_is_one_sentence(objects, tmp_path):
 def test_somebody_s_folder_is_left_as_it_is(objects, tmp_path):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter").write_text("dear")
-    with pytest.raises(ValueError, match="something else is there"):
+    with pytest.raises(ValueError, match="is not an index"):
         build_index(objects[:3], tmp_path / "thesis")
     assert Path(tmp_path / "thesis" / "chapter").read_text() == "dear"
 
 
 def test_one_process_at_a_time(objects, tmp_path):
-    with locked(tmp_path / "I"), pytest.raises(ValueError, match="another process is at work on it"):
+    with locked(tmp_path / "I"), pytest.raises(ValueError, match="another process is using it"):
         build_index(objects[:3], tmp_path / "I")

@@ -193,7 +193,7 @@ def test_no_room_is_one_sentence_and_the_store_stays_sound(collection, expected,
 
     with monkeypatch.context() as patch:
         patch.setattr(_local, "_put", full)
-        with pytest.raises(ValueError, match=r"D\.zarr: can't be written \(No room\)"):
+        with pytest.raises(ValueError, match=r"D\.zarr: cannot be written \(No room\)"):
             build_matrix(collection, path, SETTINGS)
     assert matrix_status(path).left
     np.testing.assert_array_equal(dissimilarity_matrix(collection, SETTINGS, store=path), expected)
@@ -201,7 +201,7 @@ def test_no_room_is_one_sentence_and_the_store_stays_sound(collection, expected,
 
 def test_one_process_at_a_time(collection, tmp_path):
     path = tmp_path / "D.zarr"
-    with locked(path), pytest.raises(ValueError, match="another process is at work on it"):
+    with locked(path), pytest.raises(ValueError, match="another process is using it"):
         build_matrix(collection, path, SETTINGS)
 
 

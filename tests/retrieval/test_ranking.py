@@ -79,7 +79,7 @@ def test_explanations_name_the_matched_parts_and_can_be_recomputed(collection, s
 def test_explanation_of_what_is_not_there(collection, make_parts):
     ranking = rank(collection[0], [collection[1], make_parts("sphere", parts=0)], FAST)
     assert ranking.explain(1) == ()
-    with pytest.raises(IndexError, match="object 2 was asked for"):
+    with pytest.raises(IndexError, match="object 2 does not exist"):
         ranking.explain(2)
 
 

@@ -1,16 +1,9 @@
-"""What the statistics' tests share: leaves, their mean, and compiled alignments."""
+"""What the statistics' tests share: leaves and their mean."""
 
-import jax
 import pytest
 
 from curvematch_jax.datasets import leaves
 from curvematch_jax.statistics import karcher_mean
-
-
-@pytest.fixture(name="compiled", scope="package", autouse=True)
-def fixture_compiled():
-    yield
-    jax.clear_caches()
 
 
 @pytest.fixture(name="made", scope="package")

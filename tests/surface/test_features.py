@@ -5,15 +5,16 @@ from surface.shapes import AXES, cube, limbed, moved, sphere, torus
 from curvematch_jax.surface import Mesh
 from curvematch_jax.surface._features import diameter_pair, feature_points, local_extrema
 from curvematch_jax.surface._fields import Geodesics
+from curvematch_jax.surface._topology import edges
 
 GRID = 9
 
 
 def sheet() -> np.ndarray:
-    """Faces of a GRID x GRID grid; vertex `GRID * row + column`."""
+    """Ends of the edges of a GRID x GRID grid; vertex `GRID * row + column`."""
     low = (GRID * np.arange(GRID - 1)[:, None] + np.arange(GRID - 1)).ravel()
     first = np.stack([low, low + 1, low + GRID], axis=1)
-    return np.concatenate([first, np.stack([low + 1, low + GRID + 1, low + GRID], axis=1)])
+    return edges(np.concatenate([first, np.stack([low + 1, low + GRID + 1, low + GRID], axis=1)])).ends
 
 
 def bowl() -> np.ndarray:

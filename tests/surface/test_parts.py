@@ -128,7 +128,7 @@ def test_settings_are_checked_when_they_are_made(setting, reason):
 def test_a_circle_in_the_plane():
     angle = 2 * np.pi * np.arange(1000) / 1000
     circle = 3 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1) + [1, 2, 3]
-    curve, length, centre = normalise(circle, 100)
+    (curve,), (length,), (centre,) = normalise([circle], 100)
     assert length == pytest.approx(6 * np.pi, rel=1e-3)
     assert centre == pytest.approx([1, 2, 3])
     assert np.linalg.norm(curve, axis=0) == pytest.approx(1 / (2 * np.pi), rel=1e-3)
@@ -136,7 +136,7 @@ def test_a_circle_in_the_plane():
 
 def test_repeated_points_change_nothing():
     square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    for one, other in zip(normalise(square, 40), normalise(np.repeat(square, 3, axis=0), 40), strict=True):
+    for one, other in normalise([square, np.repeat(square, 3, axis=0)], 40):
         np.testing.assert_allclose(one, other, atol=1e-12)
 
 

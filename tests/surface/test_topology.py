@@ -54,7 +54,7 @@ def test_orientation_is_made_consistent_with_the_fewest_flips():
     turned = np.random.default_rng(0).choice(len(ball.faces), 200, replace=False)
     faces = ball.faces.copy()
     faces[turned] = faces[turned, ::-1]
-    oriented, flipped, two_sided = topology.orient(faces)
+    oriented, flipped, two_sided = topology.orient(faces, topology.edges(faces))
     assert two_sided
     assert flipped == 200
     assert topology.signed_volume(ball.vertices, oriented) == pytest.approx(
@@ -69,7 +69,7 @@ def test_moebius_strip_has_one_side():
     next_low, next_high = np.roll(low, -1), np.roll(high, -1)
     next_low[-1], next_high[-1] = next_high[-1], next_low[-1]
     faces = np.concatenate([np.stack([low, high, next_low], axis=1), np.stack([high, next_high, next_low], axis=1)])
-    assert not topology.orient(faces)[2]
+    assert not topology.orient(faces, topology.edges(faces))[2]
 
 
 def test_components():
