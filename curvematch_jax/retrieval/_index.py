@@ -29,7 +29,7 @@ from ._objects import Objects, places
 from ._settings import require_same, run_settings
 from ._stack import Stack
 
-INDEX_FORMAT = 1
+INDEX_FORMAT = 2
 _TABLE = "index.json"
 _COHORT = ("members", "floor", "mean", "deviation", "weight")
 
@@ -160,7 +160,7 @@ def _arrays(new: Collection, curves: int) -> dict[str, np.ndarray]:
         "sizes": np.diff(stack.starts),
         "rows": np.where(stack.rows >= 0, stack.rows + curves, -1).astype(np.int32),
         "log_lengths": stack.log_lengths,
-        "log_fronts": stack.log_fronts,
+        "log_level_sets": stack.log_level_sets,
         "log_units": stack.log_units,
         "areas": new.objects.areas,
     }
@@ -204,7 +204,7 @@ def _collection(path: Path, table: Mapping[str, Any], matching: Matching) -> Col
     )
     return Collection(
         objects=objects,
-        stack=Stack(curves, rows, arrays["log_lengths"], arrays["log_fronts"], arrays["log_units"], starts),
+        stack=Stack(curves, rows, arrays["log_lengths"], arrays["log_level_sets"], arrays["log_units"], starts),
         signatures=arrays.get("signatures"),
         matching=matching,
         cohort=cohort,

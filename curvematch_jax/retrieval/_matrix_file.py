@@ -16,7 +16,7 @@ import numpy as np
 from ._blocks import Grid
 from ._files import replacing, short, vacant, writing
 
-MATRIX_FORMAT = 3
+MATRIX_FORMAT = 4
 
 # Blocks that the rate is taken from: the last ones, so that a stop a week ago does not count.
 _RECENT = 50

@@ -25,9 +25,20 @@ from ._files import replacing, short
 from ._settings import require_same_extraction
 
 # Also to be raised when extraction gives other parts from the same mesh: the key of a source depends on it.
-PARTS_FORMAT = 5
+PARTS_FORMAT = 6
 
-_ARRAYS = ("curves", "mask", "lengths", "fronts", "centres", "areas", "points", "between", "spectrum", "views")
+_ARRAYS = (
+    "curves",
+    "mask",
+    "lengths",
+    "level_set_lengths",
+    "centres",
+    "areas",
+    "points",
+    "feature_distances",
+    "spectrum",
+    "views",
+)
 # The kinds of dtype (`numpy.dtype.kind`) of all fields.
 _KINDS = {name: "b" if name == "mask" else "f" for name in _ARRAYS}
 _KINDS |= {"format": "i", "name": "U", "area": "f", "diameter": "f", "settings": "U", "notes": "U"}
@@ -270,11 +281,11 @@ def _check_arrays(fields: Mapping[str, np.ndarray], settings: Extraction) -> Non
         "curves": (count, levels, 3, settings.samples),
         "mask": (count, levels),
         "lengths": (count, levels),
-        "fronts": (count, levels),
+        "level_set_lengths": (count, levels),
         "centres": (count, levels, 3),
         "areas": (count,),
         "points": (count, 3),
-        "between": (count, count),
+        "feature_distances": (count, count),
         "spectrum": (fields["spectrum"].size,),
         "views": (fields["views"].size,),
         "area": (),
@@ -285,7 +296,7 @@ def _check_arrays(fields: Mapping[str, np.ndarray], settings: Extraction) -> Non
             raise ValueError(f"{name} has shape {fields[name].shape}, and {shape} was expected")
         if not np.isfinite(fields[name]).all():
             raise ValueError(f"{name} holds values that are not finite")
-    for name in ("lengths", "fronts", "areas", "between"):
+    for name in ("lengths", "level_set_lengths", "areas", "feature_distances"):
         if (fields[name] < 0).any():
             raise ValueError(f"{name} holds negative values")
     for name in ("area", "diameter"):

@@ -247,7 +247,7 @@ def mutual(cohort: Cohort, evidence: np.ndarray, present: np.ndarray) -> np.ndar
     return np.where(present, np.minimum(cohort.dissimilarity(evidence), np.nextafter(1.0, 0.0)), 1.0)
 
 
-def between(collection: Collection, objects: np.ndarray) -> np.ndarray:
+def mutual_among(collection: Collection, objects: np.ndarray) -> np.ndarray:
     """Dissimilarities (K, K) of some objects of a collection with a cohort, (K,) indices, ascending."""
     some, cohort, moments = collection.taken(objects), collection.cohort, collection.moments
     assert cohort is not None

@@ -21,7 +21,7 @@ SETTINGS = {
     "weighted": Matching(fusion="weighted"),
     "mean beside shares": Matching(fusion="mean", masses="shares"),
     "by area": Matching(significance="area", decay=1.0),
-    "shapes alone": Matching(length_weight=0, front_weight=0, isometry_weight=0),
+    "shapes alone": Matching(length_weight=0, level_set_weight=0, isometry_weight=0),
     "coarse": Matching(aligner=Rigid(grid=32, measured=False)),
 }
 
@@ -107,7 +107,7 @@ def test_blocks_of_any_size_join_to_the_same(objects, monkeypatch):
     whole = Collection.of(objects)
     monkeypatch.setattr("curvematch_jax.retrieval._collection._AT_ONCE", 7)
     found = Collection.of(objects)
-    for name in ("rows", "log_lengths", "log_fronts", "log_units", "starts"):
+    for name in ("rows", "log_lengths", "log_level_sets", "log_units", "starts"):
         np.testing.assert_array_equal(getattr(found.stack, name), getattr(whole.stack, name), err_msg=name)
     np.testing.assert_array_equal(found.stack.curves.curves.tangents, whole.stack.curves.curves.tangents)
     np.testing.assert_array_equal(found.signatures, whole.signatures)
@@ -141,7 +141,7 @@ def test_what_a_collection_is_not_ready_for_is_refused(objects, make_parts):
 
 
 def test_other_weights_can_be_asked_of_one_collection_without_a_cohort(objects):
-    matching = Matching(fusion="belief", front_weight=0.0, scale=0.2)
+    matching = Matching(fusion="belief", level_set_weight=0.0, scale=0.2)
     found = rank(objects[4], Collection.of(objects, Matching(fusion="belief")), matching)
     np.testing.assert_array_equal(found.order, rank(objects[4], objects, matching).order)
 

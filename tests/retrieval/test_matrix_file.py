@@ -11,6 +11,7 @@ from curvematch_jax.retrieval import (
     load_matrix,
     save_matrix,
 )
+from curvematch_jax.retrieval._matrix_file import MATRIX_FORMAT
 
 
 @pytest.fixture(name="saved")
@@ -65,7 +66,7 @@ def test_what_is_no_matrix_is_refused(saved, tmp_path):
         ({"notes": 5}, "its notes are something else"),
         ({"settings": []}, "its settings are something else"),
         ({"complete": "yes"}, "its complete are something else"),
-        ({"curvematch_matrix": 1}, "of format 1, and this version reads 3"),
+        ({"curvematch_matrix": 1}, f"has format 1, but this version reads format {MATRIX_FORMAT}"),
         ({"names": ["a"] * 60000}, r"60000 names, values of shape \(3, 3\)"),
     ],
 )
