@@ -90,6 +90,12 @@ def mesh_key(mesh: Path, extraction: Extraction) -> str:
         return ""
 
 
+def is_from(path: Path, mesh: Path) -> bool:
+    """Whether a file holds the parts of a mesh file as it is now."""
+    parts = _sound(path)
+    return parts is not None and _stored(path) == (mesh_key(mesh, parts.settings) or None)
+
+
 def _stored(path: Path) -> str:
     try:
         return stored_source(path)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..datasets import MESH_SUFFIXES
-from ._kept import PARTS_SUFFIX
+from ._kept import PARTS_SUFFIX, is_from
 
 
 @dataclasses.dataclass(frozen=True)
@@ -31,12 +31,13 @@ def find_sources(inputs: Sequence[Path], meshes_only: bool = False) -> list[Sour
     """The files that the inputs stand for: folders opened, in the order given, sorted within a folder.
 
     A folder that holds parts is a parts folder, whatever else is in it, unless meshes alone are looked for. A file in
-    a folder goes by its path in it, with more of the path where two would go by the same name.
+    a folder goes by its path in it, with more of the path where two would go by the same name. A mesh is left out where
+    its parts are given under its name.
 
     Raises:
         ValueError: when a folder holds nothing of what is looked for.
     """
-    opened = [(path, given) for given in inputs for path in _opened(given, meshes_only)]
+    opened = _once([(path, given) for given in inputs for path in _opened(given, meshes_only)])
     paths = [path for path, _ in opened]
     depths = [max(len(path.relative_to(given).parts), 1) for path, given in opened]
     names = distinct_names([_object_path(path) for path in paths], depths)
@@ -102,6 +103,19 @@ def _opened(given: Path, meshes_only: bool) -> list[Path]:
     if not files:
         raise ValueError(f"{given}: {wanted} in this folder")
     return files
+
+
+def _once(opened: Sequence[tuple[Path, Path]]) -> list[tuple[Path, Path]]:
+    """Without the meshes whose parts are there, too."""
+    parts: defaultdict[str, list[Path]] = defaultdict(list)
+    for path, _ in opened:
+        if is_parts(path):
+            parts[_object_path(path).name].append(path)
+    return [
+        (path, given)
+        for path, given in opened
+        if is_parts(path) or not any(is_from(own, path) for own in parts.get(path.name, ()))
+    ]
 
 
 def _files(folder: Path, suffixes: Sequence[str]) -> list[Path]:

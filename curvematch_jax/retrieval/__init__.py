@@ -11,7 +11,7 @@ from ._matrix_file import MatrixStatus, SavedMatrix, load_matrix, matrix_status,
 from ._parts_file import StoredParts, fingerprint, load_collection, load_parts, save_parts, source_key, stored_source
 from ._ranking import Match, Ranking, rank
 from ._rerank import RERANKED, rerank, reranked
-from ._settings import require_same, run_settings
+from ._settings import first_difference, require_same, run_settings
 from ._symmetry import symmetric_parts
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "evaluate",
     "evaluate_graded",
     "fingerprint",
+    "first_difference",
     "is_index",
     "load_collection",
     "load_matrix",

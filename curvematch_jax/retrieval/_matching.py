@@ -148,8 +148,8 @@ class Matching:
         One-way: the parts of the query are compared with the object, and not the other way round.
 
         Far from its feature point a part of one body reaches into the other, so that the weight of levels falls with
-        the distance, and lengths in diameters of the whole say nothing about a piece. Masses by equation 4 let few
-        parts speak for an object: those of half a query need not wait for the other half.
+        the distance, and lengths in diameters of the whole say nothing about a piece. With masses by equation 4, a few
+        close parts are enough to rank an object highly: half of a query can match without the other half.
         """
         return cls(fusion="belief", witnesses=(), isometry_weight=0.0, decay=1.0, masses="shares", scale=0.05)
 

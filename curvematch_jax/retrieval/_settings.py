@@ -16,23 +16,26 @@ def run_settings(extraction: Extraction, matching: Matching) -> dict[str, Any]:
     return {"extraction": dataclasses.asdict(extraction), "matching": dataclasses.asdict(matching)}
 
 
+def first_difference(one: object, other: object) -> tuple[str, Any, Any] | None:
+    """The first setting in which two differ, and its values; each is a settings object or what JSON has kept of one."""
+    left, right = _plain(one), _plain(other)
+    names = (name for name in {**left, **right} if left.get(name) != right.get(name))
+    return next(((name, left.get(name), right.get(name)) for name in names), None)
+
+
 def require_same(one: object, other: object, what: tuple[str, str], remedy: str) -> None:
     """Refuse what differs in a setting.
 
     Args:
-        one, other: each a settings object or what JSON has kept of one.
+        one, other: as in `first_difference`.
         what: of each the words before "with", in one sentence that ends with the remedy.
 
     Raises:
         ValueError: naming the first setting that differs, and both its values.
     """
-    left, right = _plain(one), _plain(other)
-    for name in {**left, **right}:
-        if left.get(name) != right.get(name):
-            said = [
-                f"{words} with {name} = {each.get(name)!r}" for words, each in zip(what, (left, right), strict=True)
-            ]
-            raise ValueError(f"{', '.join(said)}: {remedy}")
+    if different := first_difference(one, other):
+        name, first, second = different
+        raise ValueError(f"{what[0]} with {name} = {first!r}, {what[1]} with {name} = {second!r}: {remedy}")
 
 
 def require_same_extraction(extracted: Sequence[tuple[str, Extraction]]) -> None:

@@ -8,7 +8,7 @@ from ._refine import edge_lengths
 from ._topology import Edges, neighbour_pairs
 
 # Windows narrower than this are not looked through: ways between lines that are so much apart are 1 % too long at most.
-_NARROWEST = 0.3  # radians
+_NARROWEST = 0.2  # radians
 _SHORTEST = 1e-12  # of the other two edges of a face: shorter ones are unfolded as if they were so long
 _DEPTH = 256  # edges that a straight line crosses at most
 
@@ -26,7 +26,7 @@ def shortcut_graph(mesh: Mesh) -> sp.csr_matrix:
         mesh: an oriented manifold, with or without boundary.
     """
     table = mesh.edges
-    length = edge_lengths(mesh.vertices, table)
+    length = edge_lengths(mesh.vertices, mesh.faces, table)
     found = [(table.ends[:, 0], table.ends[:, 1], length)]
     found += _lines(mesh.faces, length[table.of_halfedge], _opposite(mesh.faces, table))
     start, end, along = (np.concatenate(column) for column in zip(*found, strict=True))

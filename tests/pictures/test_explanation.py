@@ -178,7 +178,7 @@ def test_masses_by_parts_and_objects(tmp_path):
     [
         ("why.mesh", "the suffix '.mesh' is not a picture format; known are .*png"),
         ("why", r"the suffix \(none\) is not a picture format"),
-        ("missing/why.png", "is no folder that can be written to"),
+        ("missing/why.png", "is not a writable folder"),
         ("folder.png", "is a folder, not a picture"),
     ],
 )

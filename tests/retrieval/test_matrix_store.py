@@ -1,4 +1,4 @@
-"""Matrices that are filled block by block: stopped and gone on with, made larger, refused, and damaged."""
+"""Matrices that are filled block by block: interrupted and resumed, extended, refused, and damaged."""
 
 import dataclasses
 import errno

@@ -61,6 +61,7 @@ def test_faces_without_area_do_no_harm():
     assert np.abs(result.vertices - vertices).max() < 0.05 * np.sqrt(area(mesh))
 
 
+@pytest.mark.slow
 def test_noise_leaves_the_lengths_of_level_curves():
     mesh = limbed(subdivisions=5)
     noisy, settings = rough(mesh, 0.003), Extraction(radius=0.4, levels=6, samples=32)
