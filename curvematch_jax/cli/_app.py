@@ -95,7 +95,7 @@ def parts(
     spacing: Annotated[
         float, typer.Option(help="Spacing of levels; above 1, denser near the feature point.")
     ] = _DEFAULT.spacing,
-    least: Annotated[int, typer.Option(help="Minimum number of parts per object.")] = _DEFAULT.least,
+    min_parts: Annotated[int, typer.Option(help="Minimum number of parts per object.")] = _DEFAULT.min_parts,
     smoothing: Annotated[
         float, typer.Option(help="Smoothing of the surface, in square roots of its area; 0 for none.")
     ] = _DEFAULT.smoothing,
@@ -108,7 +108,7 @@ def parts(
     quiet: Quiet = False,
 ) -> int:
     """Divide meshes into parts and save them. Meshes whose parts are already in the folder are skipped."""
-    extraction = Extraction(epsilon, radius, levels, samples, field.value, vertices, spacing, least, smoothing)
+    extraction = Extraction(epsilon, radius, levels, samples, field.value, vertices, spacing, min_parts, smoothing)
     return _commands.make_parts(meshes, out, extraction, jobs, time_limit, strict, Output(json, quiet))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._progress import Progress
 from ..pictures._colours import PALETTE, UNMATCHED
-from ..retrieval import Matching, SavedMatrix, evaluate, first_difference
+from ..retrieval import Matching, SavedMatrix, evaluate, require_same
 from ..retrieval._files import replacing, writing
 from ..retrieval._matching import DEFAULT
 from ..surface import Mesh, Parts
@@ -111,12 +111,9 @@ def _check(saved: SavedMatrix, labels: Sequence[str] | None, parts: Sequence[Par
     if parts is None:
         return
     for what, given in (("matching", matching), ("extraction", parts[0].settings)):
-        different = first_difference(saved.settings.get(what, given), given)
-        if different:
-            raise ValueError(
-                f"the matrix was made with {different.name} = {different.one!r}, and its parts are to be matched with "
-                f"{different.name} = {different.other!r}: give the settings and the parts that it was made with"
-            )
+        words = ("the matrix was made", "and its parts are to be matched")
+        remedy = "give the settings and the parts that it was made with"
+        require_same(saved.settings.get(what, given), given, words, remedy)
 
 
 def _surfaces(

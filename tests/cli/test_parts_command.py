@@ -204,5 +204,5 @@ def test_what_the_command_has_made_is_a_cache(meshes, fresh, tmp_path):
 
 def test_other_settings_are_refused(fresh, tmp_path):
     out = fill(tmp_path / "out", fresh)
-    with pytest.raises(ValueError, match=r"holds parts made with levels = 3, and levels = 23 was asked for"):
+    with pytest.raises(ValueError, match=r"holds parts made with levels = 3, and parts are asked for with levels = 23"):
         Store(out, Extraction(samples=32, vertices=300))

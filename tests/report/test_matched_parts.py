@@ -99,9 +99,9 @@ def without_parts(parts):
         parts,
         **{
             name: getattr(parts, name)[:0]
-            for name in ("curves", "mask", "lengths", "fronts", "centres", "areas", "points")
+            for name in ("curves", "mask", "lengths", "level_set_lengths", "centres", "areas", "points")
         },
-        between=np.zeros((0, 0), np.float32),
+        feature_distances=np.zeros((0, 0), np.float32),
     )
 
 

@@ -68,12 +68,12 @@ def test_noise_leaves_the_lengths_of_level_curves():
     plain = smooth(mesh, LENGTH)
     features = feature_points(plain, distances_on(plain, "geodesic"), 0.05)
 
-    def fronts(each: Mesh) -> np.ndarray:
+    def lengths(each: Mesh) -> np.ndarray:
         parts = parts_around(each, distances_on(each, "geodesic"), features, settings)
-        return parts.fronts * parts.diameter
+        return parts.level_set_lengths * parts.diameter
 
     def off(each: Mesh) -> float:
-        return float(np.abs(np.log(fronts(each) / fronts(plain))).mean())
+        return float(np.abs(np.log(lengths(each) / lengths(plain))).mean())
 
     assert off(smooth(noisy, LENGTH)) < 0.03
     assert off(noisy) > 2 * off(smooth(noisy, LENGTH))
