@@ -218,6 +218,8 @@ def _select(work: _Work) -> bool:
     """Keep the largest component; when it is open, the other open patches with it. True when patches must be joined."""
     number, label = face_components(work.faces)
     area = np.bincount(label, weights=face_areas(work.vertices, work.faces), minlength=number)
+    if not area.any():
+        raise MeshError(f"{work.name}: all its vertices lie on one line; it has no surface")
     on_border = work.edges.count[work.edges.of_halfedge] == 1
     is_open = np.bincount(np.tile(label, 3)[on_border], minlength=number) > 0
     largest = int(np.argmax(area))

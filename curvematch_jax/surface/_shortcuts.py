@@ -87,7 +87,7 @@ def _lines(faces: np.ndarray, length: np.ndarray, opposite: np.ndarray) -> list[
 
 def _wide(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Whether the angle from `low` to `high` is more than the narrowest that is looked into."""
-    along = low.real * high.real + low.imag * high.imag
+    along = np.real(low) * np.real(high) + np.imag(low) * np.imag(high)
     return _cross(low, high) > np.tan(_NARROWEST) * np.maximum(along, 0)
 
 
@@ -110,4 +110,4 @@ def _unfolded(
 
 
 def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return one.real * other.imag - one.imag * other.real
+    return np.real(one) * np.imag(other) - np.imag(one) * np.real(other)
