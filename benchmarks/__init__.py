@@ -10,6 +10,8 @@ NAMES = (
     "tradeoff",
     "peers",
     "outlines",
+    "specimens",
+    "statistics",
     "retrieval",
     "ablation",
     "baselines",

@@ -7,7 +7,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -45,14 +47,16 @@ def test_snippets_run_one_after_the_other(page, tmp_path):
 def test_readme_commands_run(tmp_path):
     pytest.importorskip("manifold3d")
     _write_meshes(tmp_path / "meshes")
-    (text,) = blocks(ROOT / "README.md", "console")
+    _write_masks(tmp_path / "masks")
+    text = "".join(blocks(ROOT / "README.md", "console"))
     commands = [shlex.split(line[2:], comments=True) for line in text.splitlines() if line.startswith("$ ")]
     assert [command[:2] for command in commands] == [
-        ["curvematch", c] for c in ("parts", "matrix", "evaluate", "query")
+        ["curvematch", c] for c in ("parts", "matrix", "evaluate", "query", "outlines", "mean")
     ]
     main = "import sys; from curvematch_jax.cli import main; sys.exit(main())"
     outputs = [run([sys.executable, "-c", main, *rest], tmp_path) for _, *rest in commands]
-    assert "horse1" in outputs[-1]
+    assert "horse1" in outputs[3]
+    assert "the mean of 6 curves" in outputs[5]
 
 
 def _write_meshes(folder):
@@ -66,6 +70,18 @@ def _write_meshes(folder):
         faces = "".join(f"f {a} {b} {c}\n" for a, b, c in made.mesh.faces + 1)
         file.write_text(vertices + faces)
         rows.append(f"{file.name},{made.label}")
+    (folder / "labels.csv").write_text("\n".join(rows) + "\n")
+
+
+def _write_masks(folder):
+    """Disks and ellipses, three of each."""
+    folder.mkdir()
+    y, x = np.mgrid[-40:41, -40:41]
+    rows = ["file,class"]
+    for k in range(6):
+        mask = (x / (1 + k // 3)) ** 2 + (y + k % 3 * x / 20) ** 2 < 300
+        Image.fromarray(np.uint8(255 * mask)).save(folder / f"mask{k}.png")
+        rows.append(f"mask{k}.png,{'disk' if k < 3 else 'ellipse'}")
     (folder / "labels.csv").write_text("\n".join(rows) + "\n")
 
 

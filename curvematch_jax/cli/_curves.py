@@ -71,7 +71,7 @@ def make_mean(
     """Curves to their mean, scores, tests and pictures, in a folder that appears when all of it is there."""
     started = time.perf_counter()
     read = read_curves(path)
-    labels = None if groups is None else match_labels(read.names, read_labels(groups), groups)
+    labels = None if groups is None else _labels(read.names, groups)
     curves = read.array(samples)
     mean = karcher_mean(curves, progress=output.progress)
     components = TangentPCA.fit(mean)
@@ -113,6 +113,15 @@ def _image_files(inputs: Sequence[Path]) -> list[Path]:
     if not found:
         raise ValueError(f"no images ({', '.join(IMAGE_SUFFIXES)}) in {', '.join(str(path) for path in inputs)}")
     return found
+
+
+def _labels(names: Sequence[str], path: Path) -> list[str]:
+    """The group of each curve; a label file may also name the images that the curves are of."""
+    labels = {}
+    for file, label in read_labels(path).items():
+        image = file not in names and Path(file).suffix.lower() in IMAGE_SUFFIXES
+        labels[Path(file).stem if image else file] = label
+    return match_labels(names, labels, path, "curves")
 
 
 def _tests(curves: np.ndarray, labels: list[str], permutations: int, output: Output) -> dict[str, dict[str, float]]:

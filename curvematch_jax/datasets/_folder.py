@@ -75,8 +75,10 @@ def read_labels(path: str | Path) -> dict[str, str]:
     return labels
 
 
-def match_labels(names: Sequence[str], labels: dict[str, str], source: str | Path) -> list[str]:
-    """The class of each name, from labels that name them all and nothing else; `source` is what messages call them.
+def match_labels(names: Sequence[str], labels: dict[str, str], source: str | Path, what: str = "meshes") -> list[str]:
+    """The class of each name, from labels that name them all and nothing else.
+
+    `source` is what messages call the labels, and `what` the things that have the names.
 
     Raises:
         ValueError: names without a label, or labels without a name; the first few are listed.
@@ -86,11 +88,11 @@ def match_labels(names: Sequence[str], labels: dict[str, str], source: str | Pat
     without_name = [name for name in labels if name not in known]
     problems = []
     if without_label:
-        problems.append(f"it has no class for {len(without_label)} of {len(names)} meshes ({_listed(without_label)})")
+        problems.append(f"it has no class for {len(without_label)} of {len(names)} {what} ({_listed(without_label)})")
     if without_name:
         problems.append(f"it labels {len(without_name)} that are not there ({_listed(without_name)})")
     if problems:
-        raise ValueError(f"{source} does not fit the meshes: {' and '.join(problems)}")
+        raise ValueError(f"{source} does not fit the {what}: {' and '.join(problems)}")
     return [labels[name] for name in names]
 
 

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import csv
+import io
+import math
 import os
 import tempfile
+import tokenize
 import zipfile
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -18,6 +22,13 @@ from ..elastic._curve import resample
 
 CURVE_SUFFIXES = (".npz", ".csv", ".tps")
 _AXES = ("x", "y", "z")
+_ARRAYS = ("curves", "points", "counts", "names")
+_MOST_BYTES = 2**32  # of an NPZ file, unpacked
+# What zipfile, numpy and csv raise at damaged files; the last one is of headers that are no Python.
+_UNREADABLE = (
+    *(OSError, LookupError, EOFError, UnicodeDecodeError, NotImplementedError, RuntimeError, SyntaxError),
+    *(zipfile.BadZipFile, zlib.error, csv.Error, tokenize.TokenError),
+)
 
 
 class NamedCurves(NamedTuple):
@@ -71,7 +82,7 @@ def read_curves(path: str | Path) -> NamedCurves:
     try:
         curves, names = readers[path.suffix.lower()](path)
         curves = [_closed(f"curve {name!r}", curve) for curve, name in zip(curves, names, strict=True)]
-    except (OSError, KeyError, IndexError, EOFError, UnicodeDecodeError, zipfile.BadZipFile, csv.Error) as problem:
+    except _UNREADABLE as problem:
         reason = problem.strerror if isinstance(problem, OSError) and problem.strerror else str(problem)
         raise ValueError(f"{path}: cannot be read as curves ({reason}).") from None
     except ValueError as problem:
@@ -98,16 +109,38 @@ def _write_npz(path: Path, curves: list[np.ndarray], names: list[str]) -> None:
 
 
 def _read_npz(path: Path) -> tuple[list[np.ndarray], list[str]]:
-    with np.load(path, allow_pickle=False) as data:
-        if "curves" in data:
-            curves = list(data["curves"])
-        else:
-            points, counts = data["points"], data["counts"]
-            if points.ndim != 2 or counts.ndim != 1 or counts.sum() != len(points) or (counts < 1).any():
-                raise ValueError("points and counts do not fit each other.")
-            curves = [part.T for part in np.split(points, np.cumsum(counts)[:-1])]
-        names = [str(name) for name in data["names"]] if "names" in data else [f"curve-{i}" for i in range(len(curves))]
+    data = _arrays(path)
+    if "curves" in data:
+        curves = [np.asarray(curve) for curve in np.atleast_1d(data["curves"])]
+    else:
+        points, counts = data["points"], data["counts"]
+        fit = points.ndim == 2 and counts.ndim == 1 and counts.dtype.kind in "iu" and (counts > 0).all()
+        if not fit or sum(counts.tolist()) != len(points):
+            raise ValueError("points and counts do not fit each other.")
+        curves = [part.T for part in np.split(points, np.cumsum(counts)[:-1])]
+    names = [str(name) for name in data["names"]] if "names" in data else [f"curve-{i}" for i in range(len(curves))]
+    if len(names) != len(curves):
+        raise ValueError(f"there are {len(names)} names for {len(curves)} curves.")
     return curves, names
+
+
+def _arrays(path: Path) -> dict[str, np.ndarray]:
+    """What curves are read from in an NPZ file; headers that claim more than the file holds are refused."""
+    with zipfile.ZipFile(path) as archive:
+        members = [each for each in archive.infolist() if each.filename.removesuffix(".npy") in _ARRAYS]
+        if sum(each.file_size for each in members) > _MOST_BYTES:
+            raise ValueError(f"it unpacks to more than {_MOST_BYTES >> 30} GiB.")
+        named = [(each.filename.removesuffix(".npy"), archive.read(each)) for each in members]
+    return {name: _array(data, "US" if name == "names" else "biuf") for name, data in named}
+
+
+def _array(data: bytes, kinds: str) -> np.ndarray:
+    file = io.BytesIO(data)
+    read_header = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+    shape, by_columns, dtype = read_header[np.lib.format.read_magic(file)](file)
+    if dtype.kind not in kinds or math.prod(shape) * dtype.itemsize != len(data) - file.tell():
+        raise ValueError("an array in it is damaged, or holds other things than numbers and names.")
+    return np.frombuffer(data, dtype, offset=file.tell()).reshape(shape, order="F" if by_columns else "C")
 
 
 def _write_csv(path: Path, curves: list[np.ndarray], names: list[str]) -> None:
@@ -127,9 +160,10 @@ def _read_csv(path: Path) -> tuple[list[np.ndarray], list[str]]:
         points: dict[str, list[list[float]]] = {}
         for row in rows:
             try:
-                points.setdefault(row["curve"], []).append([float(row[axis]) for axis in axes])
+                point = [float(row[axis]) for axis in axes]
             except (TypeError, ValueError):
                 raise ValueError(f"line {rows.line_num} has no number for each of {', '.join(axes)}.") from None
+            points.setdefault(str(row["curve"]), []).append(point)
     return [np.array(curve).T for curve in points.values()], list(points)
 
 
@@ -144,18 +178,32 @@ def _write_tps(path: Path, curves: list[np.ndarray], names: list[str]) -> None:
 def _read_tps(path: Path) -> tuple[list[np.ndarray], list[str]]:
     curves: list[np.ndarray] = []
     names: list[str] = []
-    lines = iter(path.read_text(encoding="utf-8-sig").splitlines())
-    for line in lines:
-        key, _, value = line.strip().partition("=")
+    lines = path.read_text(encoding="utf-8-sig").splitlines()
+    place = 0
+    while place < len(lines):
+        key, _, value = lines[place].strip().partition("=")
+        place += 1
         if key.upper() in ("LM", "LM3", "POINTS"):
-            count = int(value)
-            if not 0 < count <= 10**7:
-                continue
-            curves.append(np.array([[float(x) for x in next(lines, "").split()] for _ in range(count)]).T)
-            names.append(f"curve-{len(curves) - 1}")
+            count = int(value) if value.strip().isdecimal() else -1
+            if count:
+                curves.append(_tps_points(lines, place, count))
+                names.append(f"curve-{len(curves) - 1}")
+            place += count
         elif key.upper() in ("ID", "IMAGE") and curves and value.strip():
             names[-1] = value.strip() if key.upper() == "ID" or names[-1].startswith("curve-") else names[-1]
     return curves, names
+
+
+def _tps_points(lines: list[str], start: int, count: int) -> np.ndarray:
+    """The points `(d, count)` of the lines from `start` on."""
+    rows = [line.split() for line in lines[start : start + count]] if count > 0 else []
+    try:
+        found = np.array(rows, float)
+    except ValueError:
+        found = np.empty(0)
+    if found.ndim != 2 or len(found) != count:
+        raise ValueError(f"line {start} has to say how many lines of coordinates follow, as many on each.")
+    return found.T
 
 
 def _axes(d: int) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +32,8 @@ def _pixels(path: Path) -> np.ndarray:
         raise ValueError(f"{path}: not an image format that can be read; known are {', '.join(IMAGE_SUFFIXES)}.")
     image = require("PIL.Image", "outlines", "reading images")
     try:
-        with image.open(path, formats=("PNG", "TIFF")) as opened:
+        # Not of damaged notes beside the pixels.
+        with warnings.catch_warnings(action="ignore"), image.open(path, formats=("PNG", "TIFF")) as opened:
             if opened.width * opened.height > _MOST_PIXELS:
                 raise ValueError(f"it has {opened.width} x {opened.height} pixels; {_MOST_PIXELS} are the most.")
             return np.asarray(opened)

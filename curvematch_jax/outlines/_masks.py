@@ -16,8 +16,7 @@ _LEAST_POINTS = 8
 
 class Outlines(NamedTuple):
     """Attributes: closed curves `(k, 2, n)` in pixels, x to the right and y up, counter-clockwise; their names; and
-    what was
-    passed over or is noteworthy, a sentence each."""
+    what was passed over or is noteworthy, a sentence each."""
 
     curves: np.ndarray
     names: tuple[str, ...]
@@ -43,8 +42,8 @@ def outlines_of(
 
     Raises:
         ValueError: for what is no image of one channel, an image without foreground, shapes of fewer than 9 pixels and
-        shapes
-            that reach the border, if there is no other one. With `each` those are left out, and named in the notes.
+            shapes that reach the border, if there is no other one. With `each` those are left out, and named in the
+            notes.
         ImportError: without scikit-image (the extra `outlines`).
     """
     array = as_mask(image)

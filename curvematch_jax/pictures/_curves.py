@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -93,12 +95,15 @@ def movie(curves: ArrayLike, path: str | Path, seconds: float = 3.0) -> None:
     kind = animation.PillowWriter if path.suffix.lower() == ".gif" else animation.FFMpegWriter
     figure, writer = new_figure(4, 4), kind(fps=rate)
     axes = _axes(figure, 1, 1, curves)[0]
-    with writer.saving(figure, str(path), 100):
-        for index in order:
-            lines = _draw(axes, curves[index], color=_DARK, linewidth=2)
-            writer.grab_frame()
-            for line in lines:
-                line.remove()
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".curvematch-{os.getpid()}-") as folder:
+        temporary = Path(folder) / path.name
+        with writer.saving(figure, str(temporary), 100):
+            for index in order:
+                lines = _draw(axes, curves[index], color=_DARK, linewidth=2)
+                writer.grab_frame()
+                for line in lines:
+                    line.remove()
+        temporary.replace(path)
 
 
 def _as_curves(curves: ArrayLike) -> np.ndarray:

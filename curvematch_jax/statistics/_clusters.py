@@ -18,9 +18,8 @@ _ROUNDS = 20
 
 
 class Clusters(NamedTuple):
-    """Attributes: labels `(k,)`, the centres `(c, d, n)`, distances of each curve to its centre `(k,)`, their squares'
-    mean,
-    and whether labels had stopped changing."""
+    """Attributes: labels `(k,)`, the centres `(c, d, n)`, distances of each curve to its centre `(k,)`, the mean of
+    their squares, and whether labels had stopped changing."""
 
     labels: np.ndarray
     centres: np.ndarray
@@ -44,7 +43,7 @@ def shape_kmeans(
 
     Args:
         clusters: how many.
-        aligner: `Aligner.fast()` unless given.
+        aligner: `Aligner.fast()` unless given: with `Aligner.accurate()` the matrix of all pairs takes twice as long.
         matrix: `distance_matrix(curves)`, where it is known already.
         progress: False, True for a bar on stderr, or a function of (done, total).
 

@@ -55,10 +55,10 @@ class TangentPCA:
         """Of the curves of a mean `karcher_mean(curves)`, one group.
 
         Args:
-            mean: with its tangent vectors. components: how many are kept; all that are above rounding unless given.
-            size: radians to a unit of the logarithm of length, which is one more coordinate of the curves. 0 analyses
-            shape
-                alone.
+            mean: with its tangent vectors.
+            components: how many are kept; all that are above rounding unless given.
+            size: radians to a unit of the logarithm of length, which is one more coordinate of the curves; 0 for
+                shape alone.
 
         Raises:
             ValueError: for a mean of several groups, curves that do not vary, and fewer components than asked for.

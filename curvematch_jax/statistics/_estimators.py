@@ -21,7 +21,16 @@ base = require("sklearn.base", "learn", "an estimator")
 validation = require("sklearn.utils.validation", "learn", "an estimator")
 
 
-class ShapeTransformer(base.TransformerMixin, base.BaseEstimator):
+class _OfCurves(base.BaseEstimator):
+    """What scikit-learn asks of estimators whose X is of three dimensions."""
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.input_tags.three_d_array, tags.input_tags.two_d_array = True, False
+        return tags
+
+
+class ShapeTransformer(base.TransformerMixin, _OfCurves):
     """Curves to tangent coordinates at their mean, `TangentPCA`, and back.
 
     Args:
@@ -51,7 +60,7 @@ class ShapeTransformer(base.TransformerMixin, base.BaseEstimator):
         return self.components_.inverse_transform(X)
 
 
-class ShapeKMeans(base.ClusterMixin, base.BaseEstimator):
+class ShapeKMeans(base.ClusterMixin, _OfCurves):
     """`shape_kmeans`: groups of curves around Karcher means."""
 
     def __init__(self, n_clusters: int = 2, aligner: Aligner | None = None):
@@ -69,12 +78,17 @@ class ShapeKMeans(base.ClusterMixin, base.BaseEstimator):
 
 
 class ShapeRegressor(base.RegressorMixin, base.BaseEstimator):
-    """`ShapeRegression`: numbers `(k, p)` to curves `(k, d, n)`. The score is the share of the variance of shape that
-    is
-    explained."""
+    """`ShapeRegression`: numbers `(k, p)` to curves `(k, d, n)`. The score is the share of the variance of shape
+    that is explained."""
 
     def __init__(self, aligner: Aligner | None = None):
         self.aligner = aligner
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.target_tags.multi_output = True
+        tags.target_tags.single_output = False
+        return tags
 
     def fit(self, X, y):
         self.mean_ = karcher_mean(as_sample(y), aligner=self.aligner)

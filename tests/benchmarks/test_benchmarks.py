@@ -64,6 +64,16 @@ def outlines(folder: Path) -> str:
     return str(folder)
 
 
+def specimens(folder: Path) -> str:
+    """Two treatments of cells and two genera of wings, which differ in how long they are."""
+    random, named = np.random.default_rng(0), np.repeat(["a", "b"], 8)
+    for name, labels in (("cells", {"cell_line": np.full(16, "one"), "treatment": named}), ("wings", {"genus": named})):
+        curves = ellipses(random, 16) * np.where(named == "a", 1, 2)[:, None, None] ** [[1], [0]]
+        points = curves.astype(np.float32).transpose(0, 2, 1).reshape(-1, 2)
+        np.savez(folder / f"{name}.npz", points=points, counts=np.full(16, curves.shape[2]), **labels)
+    return str(folder)
+
+
 def yardstick(folder: Path) -> str:
     curves, pairs = ellipses(np.random.default_rng(0), 3), np.array([[0, 1], [1, 2]])
     np.savez(folder / "yardstick.npz", level=curves, level_pairs=pairs, level_best=np.zeros(2))
@@ -84,6 +94,8 @@ SMALL: dict[str, Small] = {
     "tradeoff": Small(yardstick, "--settings fast --repeat 1", "settings"),
     "peers": Small(None, "--pairs 1 --batch 2 --samples 40", "curves"),
     "outlines": Small(outlines, "--presets rigid --samples 32", "presets", slow=False),
+    "specimens": Small(specimens, "--samples 32", "groups"),
+    "statistics": Small(None, "--curves 3 --many 4 --samples 32", "planar"),
     "retrieval": Small(meshes, "--jobs 1", "collections"),
     "ablation": Small(eight_meshes, "--jobs 1 --rows default", "collections"),
     "baselines": Small(meshes, "--jobs 1", "collections"),

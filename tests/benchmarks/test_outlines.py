@@ -29,8 +29,8 @@ def test_bullseye_by_hand():
         *([k, 0, 1, *{2, 3, 4, 5} - {k, k ^ 1}, k ^ 1] for k in range(2, 6)),
     ]
     matrix = np.argsort(order, axis=1).astype(float)
-    assert outlines.bullseye(matrix, labels) == pytest.approx((2 * 1 + 4 * 0.5) / 6)
-    assert outlines.bullseye(np.where(np.eye(6), 9, matrix), labels) == pytest.approx((2 * 1 + 4 * 0.5) / 6)
+    assert outlines.hits(matrix, labels) == pytest.approx([1, 1, 0.5, 0.5, 0.5, 0.5])
+    assert outlines.hits(np.where(np.eye(6), 9, matrix), labels) == pytest.approx([1, 1, 0.5, 0.5, 0.5, 0.5])
 
 
 def test_mirror_images_run_the_same_way_and_are_near(shapes):
@@ -52,6 +52,24 @@ def test_scores_with_mirror_images_are_better(shapes, monkeypatch):
     assert rows["plain"]["ft"] < 1
     assert (rows["plain"]["pairs"], rows["mirrored"]["pairs"]) == (15, 30)
     assert rows["mirrored"]["seconds"] > rows["plain"]["seconds"] > 0
+
+
+def test_k_is_chosen_on_every_other_class(monkeypatch):
+    """Classes are scattered unless k is 8; it is found among a, c and e, and used for all."""
+    labels = np.repeat(list("abcde"), 3)
+    given = []
+
+    def rerank(matrix, k):
+        given.append((len(matrix), k))
+        same = labels if len(matrix) == 15 else labels[np.isin(labels, list("ace"))]
+        apart = (same[:, None] != same).astype(float)
+        return apart if k == 8 else 1 - apart
+
+    monkeypatch.setattr(outlines.cm, "rerank", rerank)
+    found = outlines.reranked(np.zeros((15, 15)), labels)
+    assert found["k"] == 8
+    assert found["others"] == found["bullseye"] == 1
+    assert given == [*((9, k) for k in (4, 6, 8, 10, 12, 15)), (15, 8)]
 
 
 def test_the_first_of_each_class_are_read(shapes, tmp_path):

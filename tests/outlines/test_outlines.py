@@ -147,4 +147,4 @@ def test_mean_writes_a_folder(tmp_path, capsys):
     assert {path.name for path in (tmp_path / "out").iterdir()} == files
     (tmp_path / "labels.csv").write_text("file,class\nleaf0,a\n")
     assert run([*arguments, "--out", str(tmp_path / "other")]) == 2
-    assert "has no class for 7" in capsys.readouterr().err
+    assert "has no class for 7 of 8 curves" in capsys.readouterr().err
