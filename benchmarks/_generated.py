@@ -1,7 +1,7 @@
 """Parts made directly, without meshes: large collections with the statistics of extracted ones.
 
 Objects come in classes. A class has parts, a part has level curves, which are ellipses bent by a few more Fourier modes
-and change slowly from level to level; the lengths and fronts of the levels follow smooth profiles. Members of a class
+and change slowly from level to level; the lengths of curves and level sets follow smooth profiles. Members of a class
 differ from it by noise in all of that, and lose parts and levels. How much, was set beside the parts of half of
 SHREC'07 (200 models in 20 classes): how long curves are and how much they vary, which share of the levels is there,
 how far an object is from the nearest, the tenth and the middle one of the others.
@@ -84,18 +84,18 @@ def _member(kind: _Class, random: np.random.Generator, counts: Counts, settings:
     ends = np.clip(kind.ends[chosen] + random.integers(-1, 2, count), 1, levels)
     mask = (np.arange(levels) < ends[:, None]) & (random.random((count, levels)) > 0.004)
     lengths = np.where(mask, np.exp(log_lengths), 0.0)
-    fronts = np.exp(log_lengths) * (1 + 0.1 * random.gamma(1.0, size=(count, levels)))
+    level_sets = np.exp(log_lengths) * (1 + 0.1 * random.gamma(1.0, size=(count, levels)))
     between = np.abs(np.subtract.outer(np.arange(count), np.arange(count))) / count
     return Parts(
         name=name,
         curves=_curves(modes, settings.samples) * mask[..., None, None],
         mask=mask,
         lengths=lengths.astype(np.float32),
-        fronts=fronts.astype(np.float32),
+        level_set_lengths=level_sets.astype(np.float32),
         centres=np.zeros((count, levels, 3), np.float32),
         areas=random.uniform(0.1, 0.6, count).astype(np.float32),
         points=np.zeros((count, 3), np.float32),
-        between=between.astype(np.float32),
+        feature_distances=between.astype(np.float32),
         area=1.0,
         diameter=float(np.exp(kind.size + away * 0.05 * random.normal())),
         settings=settings,

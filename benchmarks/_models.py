@@ -13,8 +13,8 @@ from tqdm import tqdm
 
 from curvematch_jax.datasets import CREATURES, creature, labelled_folder
 from curvematch_jax.extraction import Failure, extract_collection
+from curvematch_jax.extraction._sources import distinct_names
 from curvematch_jax.extraction._workers import Outcome, in_processes
-from curvematch_jax.retrieval import distinct_names
 from curvematch_jax.surface import Extraction, Mesh, Parts, load_mesh
 
 from ._measure import cores

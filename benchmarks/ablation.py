@@ -35,14 +35,16 @@ ROWS: dict[str, tuple[Extraction, Matching]] = {
     "default": (Extraction(), Matching()),
     "without smoothing": (Extraction(smoothing=0.0), Matching()),
     "without lengths": (Extraction(), Matching(length_weight=0.0)),
-    "without fronts": (Extraction(), Matching(front_weight=0.0)),
+    "without level sets": (Extraction(), Matching(level_set_weight=0.0)),
     "without near-isometry": (Extraction(), Matching(isometry_weight=0.0)),
     # Sizes so heavy that shapes decide nothing.
     "without shapes": (
         Extraction(),
-        dataclasses.replace(Matching(), length_weight=25.0, front_weight=25.0, isometry_weight=1200.0, missing=60.0),
+        dataclasses.replace(
+            Matching(), length_weight=25.0, level_set_weight=25.0, isometry_weight=1200.0, missing=60.0
+        ),
     ),
-    "without added parts": (Extraction(least=1), Matching()),
+    "without added parts": (Extraction(min_parts=1), Matching()),
     "even levels": (Extraction(spacing=1.0), Matching()),
     "radius .4, 12 levels": (Extraction(radius=0.4, levels=12), Matching()),
     "all candidates": (Extraction(), Matching(candidates=0)),

@@ -39,7 +39,7 @@ def meshings(name: str, pose: int) -> dict[str, Mesh]:
     found["uneven"] = Mesh(vertices, faces, fine.name)
     coarse = found[f"{SIZES[0]} vertices"]
     halved = refine(
-        coarse.vertices, coarse.faces, 0.7 * float(edge_lengths(coarse.vertices, coarse.edges).mean()), 10**5
+        coarse.vertices, coarse.faces, 0.7 * float(edge_lengths(coarse.vertices, coarse.faces).mean()), 10**5
     )
     assert halved is not None
     found["halved"] = Mesh(*halved, coarse.name)

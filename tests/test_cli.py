@@ -298,15 +298,20 @@ def test_program(matrix, meshes, tmp_path):
 
 @pytest.mark.slow
 def test_demo(tmp_path):
-    done = program("demo", "--out", tmp_path / "demo", "--json", XDG_CACHE_HOME=str(tmp_path / "cache"))
+    browser = tmp_path / "browser"
+    browser.write_text(f'#!/bin/sh\nprintf %s "$1" > "{tmp_path}/opened"\n')
+    browser.chmod(0o755)
+    settings = {"XDG_CACHE_HOME": str(tmp_path / "cache"), "BROWSER": f"{browser} %s"}
+    done = program("demo", "--out", tmp_path / "demo", "--json", "--open", **settings)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert found["sources_first"]
     assert set(found["class_order"][:2]) == {"horse", "human"}
     assert sum(row["probability"] for row in found["results"]) <= 1
     assert found["measures"]["nn"] >= 0.95
-    for name in ("D.zarr", "labels.csv", "matrix.png", "ranked.png", "parts"):
+    for name in ("D.zarr", "labels.csv", "matrix.png", "ranked.png", "parts", "report.html"):
         assert (tmp_path / "demo" / name).exists()
+    assert (tmp_path / "opened").read_text() == (tmp_path / "demo" / "report.html").resolve().as_uri()
     assert any((tmp_path / "cache" / "curvematch_jax").iterdir())
 
 

@@ -13,6 +13,7 @@ from PIL import Image
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+COMPILED = {"engine.md", "statistics.md"}  # pages whose snippets compile for minutes
 
 
 def blocks(page, language):
@@ -28,7 +29,14 @@ def run(command, folder):
     return done.stdout
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "python")], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, id=page.name, marks=[pytest.mark.slow] if page.name in COMPILED else [])
+        for page in PAGES
+        if blocks(page, "python")
+    ],
+)
 def test_snippets_run_one_after_the_other(page, tmp_path):
     pytest.importorskip("manifold3d")
     script = tmp_path / "snippets.py"
@@ -87,7 +95,8 @@ def test_links_lead_somewhere(page):
 
 def test_architecture_shows_every_module_and_no_other():
     text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    shown = re.findall(r"^ +(_?[a-z]\w*\.py) ", text, re.MULTILINE)
+    package = text.partition("\nbenchmarks/")[0]
+    shown = re.findall(r"^ +(_?[a-z]\w*\.py) ", package, re.MULTILINE)
     modules = [p.name for p in (ROOT / "curvematch_jax").rglob("*.py") if not p.name.startswith("__")]
     assert sorted(shown) == sorted(modules)
 

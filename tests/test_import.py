@@ -64,7 +64,18 @@ def test_import_without_mesh_libraries_is_light_and_sets_no_flag():
 PACKAGE = Path(__file__).parents[1] / "curvematch_jax"
 
 # What each part of the package never imports (docs/architecture.md), wherever in its files.
-ROOMS = {"elastic", "surface", "retrieval", "extraction", "statistics", "outlines", "datasets", "cli", "pictures"}
+ROOMS = {
+    "elastic",
+    "surface",
+    "retrieval",
+    "extraction",
+    "statistics",
+    "outlines",
+    "datasets",
+    "cli",
+    "pictures",
+    "report",
+}
 MESHES = {"trimesh", "potpourri3d"}
 NEVER = {
     "elastic": ROOMS - {"elastic"} | MESHES,
@@ -73,7 +84,8 @@ NEVER = {
     "outlines": ROOMS - {"outlines", "elastic"} | MESHES,
     "datasets": ROOMS - {"datasets", "surface"} | {"jax"},
     "retrieval": ROOMS - {"retrieval", "elastic", "surface"},
-    "extraction": {"elastic", "statistics", "outlines", "pictures", "cli", "jax"},
+    "extraction": {"elastic", "statistics", "outlines", "pictures", "report", "cli", "jax"},
+    "report": ROOMS - {"report", "surface", "retrieval", "pictures"} | MESHES | {"jax"},
 }
 
 

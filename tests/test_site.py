@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).parents[1] / "docs"
-ROOMS = ["elastic", "surface", "extraction", "retrieval", "statistics", "outlines", "datasets", "pictures"]
+ROOMS = ["elastic", "surface", "extraction", "retrieval", "statistics", "outlines", "datasets", "pictures", "report"]
 
 
 def documented():

@@ -82,7 +82,7 @@ def parts_from_moved_points(task: tuple[Model, float]) -> Parts:
     (model, amount), settings = task, Extraction()
     mesh, report = prepared(model.mesh(), settings)
     distances = distances_on(mesh, settings.field)
-    features = feature_points(mesh, distances, settings.epsilon, settings.least)
+    features = feature_points(mesh, distances, settings.epsilon, settings.min_parts)
     random = np.random.default_rng(zlib.crc32(model.name.encode()))
     vertices = [moved(distances(v), amount * features.diameter, random) for v in features.vertices.tolist()]
     features = features._replace(vertices=np.array(vertices))

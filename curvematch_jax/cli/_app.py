@@ -20,6 +20,7 @@ from ._jax import configure_jax
 from ._matrix import make_index, make_matrix, show_status
 from ._output import Output, complain
 from ._query import Explanation, Question, run_query
+from ._report import make_report
 
 USAGE = 2
 _INTERRUPTED = 130
@@ -94,7 +95,7 @@ def parts(
     spacing: Annotated[
         float, typer.Option(help="Spacing of levels; above 1, denser near the feature point.")
     ] = _DEFAULT.spacing,
-    least: Annotated[int, typer.Option(help="Minimum number of parts per object.")] = _DEFAULT.least,
+    min_parts: Annotated[int, typer.Option(help="Minimum number of parts per object.")] = _DEFAULT.min_parts,
     smoothing: Annotated[
         float, typer.Option(help="Smoothing of the surface, in square roots of its area; 0 for none.")
     ] = _DEFAULT.smoothing,
@@ -107,7 +108,7 @@ def parts(
     quiet: Quiet = False,
 ) -> int:
     """Divide meshes into parts and save them. Meshes whose parts are already in the folder are skipped."""
-    extraction = Extraction(epsilon, radius, levels, samples, field.value, vertices, spacing, least, smoothing)
+    extraction = Extraction(epsilon, radius, levels, samples, field.value, vertices, spacing, min_parts, smoothing)
     return _commands.make_parts(meshes, out, extraction, jobs, time_limit, strict, Output(json, quiet))
 
 
@@ -207,6 +208,25 @@ def evaluate(
 
 
 @app.command()
+def report(
+    matrix: Annotated[Path, typer.Argument(metavar="D.zarr", help="A matrix made by `curvematch matrix`.")],
+    out: Annotated[Path, typer.Option(metavar="report.html", help="The file to write.")],
+    parts: Annotated[
+        Path | None, typer.Option(metavar="PARTS_DIR", help="The matrix's parts, for matched parts and beliefs.")
+    ] = None,
+    meshes: Annotated[Path | None, typer.Option(metavar="DIR", help="The meshes, to be drawn.")] = None,
+    labels: Annotated[
+        Path | None, typer.Option(metavar="labels.csv", help="The classes, columns `file,class`, for the measures.")
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Write one HTML file with measures, the matrix, rankings, and matched parts in 3-D; it needs no network."""
+    presets = [preset.matching() for preset in Preset]
+    return make_report(matrix, out, parts, meshes, labels, presets, Output(json, quiet))
+
+
+@app.command()
 def outlines(
     images: Annotated[list[Path], typer.Argument(metavar="IMAGES...", help="PNG or TIFF masks, or folders of them.")],
     out: Annotated[Path, typer.Option(metavar="CURVES", help="File for the curves: .npz, .csv or .tps.")],
@@ -240,12 +260,13 @@ def mean(
 @app.command()
 def demo(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")] = Path("curvematch-demo"),
+    open: Annotated[bool, typer.Option("--open", help="Open the report in the browser.")] = False,
     jobs: Jobs = _CORES,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Run the complete pipeline on generated creatures: parts, matrix, measures, a composite query, pictures."""
-    return run_demo(out, jobs, Output(json, quiet))
+    """Run the complete pipeline on generated creatures: parts, matrix, measures, a query, pictures and a report."""
+    return run_demo(out, jobs, open, Output(json, quiet))
 
 
 def main() -> int:

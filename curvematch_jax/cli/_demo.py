@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import csv
 import time
+import webbrowser
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from .._progress import reporter
+from .._progress import Progress, reporter
 from ..datasets import CREATURES, creature
 from ..extraction._workers import in_processes
 from ..pictures import Tile, matrix_picture, sheet
+from ..report import Limits, report_page, write_report
 from ..retrieval import (
     Matching,
     Ranking,
@@ -32,6 +34,8 @@ POSES = 5
 COMPOSITE, SOURCES = "centaur", ("horse", "human")
 _TOP = 10
 _SHOWN = 7
+# Queries whose matched parts are in the report: about one of each class.
+_EXPLAINED = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +47,8 @@ class _Made:
     parts: Parts
 
 
-def run_demo(out: Path, jobs: int, output: Output) -> int:
-    """Make creatures, compare all with all, measure, rank a composite one, and draw what came out."""
+def run_demo(out: Path, jobs: int, show: bool, output: Output) -> int:
+    """Make creatures, compare all with all, measure, rank a composite one, and write pictures and the report."""
     started = time.perf_counter()
     made = _make_all(jobs, output)
     matching = Matching()
@@ -57,7 +61,7 @@ def run_demo(out: Path, jobs: int, output: Output) -> int:
     ranking = rank(made[query].parts, [made[i].parts for i in others], matching)
     seconds["matrix"] = time.perf_counter() - started - seconds["parts"]
     classes = _class_order(ranking, [labels[i] for i in others])
-    files = _save(out, made, matrix, matching)
+    files = _save(out, made, matrix, matching, output.progress)
     seconds["all"] = time.perf_counter() - started
     output.result(
         "\n".join(
@@ -68,7 +72,8 @@ def run_demo(out: Path, jobs: int, output: Output) -> int:
                 ranking_table(ranking, _TOP),
                 f"classes by their best member: {', '.join(classes)}",
                 "",
-                f"made in {seconds['all']:.0f} s: {', '.join(str(path) for path in files)}",
+                f"made in {seconds['all']:.0f} s: {', '.join(str(path) for path in files[:-1])}",
+                f"report: {files[-1]}",
             ]
         ),
         {
@@ -84,6 +89,8 @@ def run_demo(out: Path, jobs: int, output: Output) -> int:
             "settings": run_settings(made[0].parts.settings, matching),
         },
     )
+    if show:
+        webbrowser.open(files[-1].resolve().as_uri())
     return 0
 
 
@@ -111,17 +118,21 @@ def _class_order(ranking: Ranking, labels: list[str]) -> list[str]:
     return list(dict.fromkeys(labels[index] for index in ranking.order.tolist()))
 
 
-def _save(out: Path, made: Sequence[_Made], matrix: np.ndarray, matching: Matching) -> list[Path]:
-    """Write everything that the other commands could start from, and the pictures."""
+def _save(out: Path, made: Sequence[_Made], matrix: np.ndarray, matching: Matching, progress: Progress) -> list[Path]:
+    """Write everything that the other commands could start from, the pictures, and last the report."""
     labels, names = [m.label for m in made], [m.mesh.name for m in made]
     for m in made:
         save_parts(m.parts, out / "parts" / f"{m.mesh.name}.npz")
-    save_matrix(SavedMatrix(matrix, tuple(names), run_settings(made[0].parts.settings, matching)), out / "D.zarr")
+    saved = SavedMatrix(matrix, tuple(names), run_settings(made[0].parts.settings, matching))
+    save_matrix(saved, out / "D.zarr")
     with (out / "labels.csv").open("w", newline="") as file:
         csv.writer(file).writerows([("file", "class"), *zip(names, labels, strict=True)])
     matrix_picture(matrix, labels, out / "matrix.png")
     sheet([_row(made, matrix, labels.index(kind)) for kind in CREATURES], out / "ranked.png")
-    return [out / name for name in ("parts", "D.zarr", "labels.csv", "matrix.png", "ranked.png")]
+    parts, meshes = [m.parts for m in made], {m.mesh.name: m.mesh for m in made}
+    title, limits = "Generated creatures", Limits(explained=_EXPLAINED)
+    write_report(report_page(saved, labels, parts, meshes, matching, title, limits, progress), out / "report.html")
+    return [out / name for name in ("parts", "D.zarr", "labels.csv", "matrix.png", "ranked.png", "report.html")]
 
 
 def _row(made: Sequence[_Made], matrix: np.ndarray, query: int) -> list[Tile]:

@@ -14,7 +14,7 @@ from ..extraction._kept import Store
 from ..extraction._sources import Source, find_sources, is_parts
 from ..retrieval import Matching, StoredParts, build_index, build_matrix, matrix_status, run_settings
 from ..retrieval._executors import connect
-from ..retrieval._matrix_file import vacant
+from ..retrieval._files import vacant
 from ..surface import Extraction
 from ._commands import SOME_FAILED, report_failures
 from ._output import Output

@@ -73,7 +73,7 @@ def run_query(
     with clock.stage("collection"):
         collection, parts, failed = _opened(place, question.matching, explanation, jobs, output)
     with clock.stage("query"):
-        asked = extract_collection(queries, collection.extraction, jobs=jobs)
+        asked = extract_collection(queries, collection.objects.extraction, jobs=jobs)
     found, unusable = asked.parts, asked.failures
     report_failures(unusable, len(found), output)
     files = _mesh_files(explanation, queries[0], [*collection.names, found[0].name])
@@ -98,7 +98,7 @@ def run_query(
         "picture": None if explanation is None else str(explanation.picture),
         "reranked": question.rerank,
         "seconds": clock.seconds,
-        "settings": run_settings(collection.extraction, question.matching),
+        "settings": run_settings(collection.objects.extraction, question.matching),
     }
     output.result("\n\n".join(texts), (answers[0] if len(queries) == 1 else {"queries": answers}) | facts)
     return SOME_FAILED if (failed or unusable) and strict else 0

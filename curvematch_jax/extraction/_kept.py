@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..retrieval import first_difference, load_parts, remove_leftovers, save_parts, source_key, stored_source
+from ..retrieval import load_parts, remove_leftovers, require_same, save_parts, source_key, stored_source
 from ..surface import Extraction, Parts
 
 PARTS_SUFFIX = ".npz"
@@ -90,6 +90,12 @@ def mesh_key(mesh: Path, extraction: Extraction) -> str:
         return ""
 
 
+def is_from(path: Path, mesh: Path) -> bool:
+    """Whether a file holds the parts of a mesh file as it is now."""
+    parts = _sound(path)
+    return parts is not None and _stored(path) == (mesh_key(mesh, parts.settings) or None)
+
+
 def _stored(path: Path) -> str:
     try:
         return stored_source(path)
@@ -102,13 +108,8 @@ def _require_settings(folder: Path, files: Sequence[Path], extraction: Extractio
     present = next((parts for path in files if (parts := _sound(path))), None)
     if present is None:
         return
-    different = first_difference(present.settings, extraction)
-    if different:
-        name, one, other = different
-        raise ValueError(
-            f"{folder} holds parts made with {name} = {one!r}, and {name} = {other!r} was asked for: use another "
-            "folder, or the same settings"
-        )
+    what = (f"{folder} holds parts made", "and parts are asked for")
+    require_same(present.settings, extraction, what, "use another folder, or the same settings")
 
 
 def _sound(path: Path) -> Parts | None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections import defaultdict
+import os
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from ..datasets import MESH_SUFFIXES
-from ..retrieval import distinct_names
-from ._kept import PARTS_SUFFIX
+from ._kept import PARTS_SUFFIX, is_from
 
 
 @dataclasses.dataclass(frozen=True)
@@ -29,16 +31,40 @@ def find_sources(inputs: Sequence[Path], meshes_only: bool = False) -> list[Sour
     """The files that the inputs stand for: folders opened, in the order given, sorted within a folder.
 
     A folder that holds parts is a parts folder, whatever else is in it, unless meshes alone are looked for. A file in
-    a folder goes by its path in it, with more of the path where two would go by the same name.
+    a folder goes by its path in it, with more of the path where two would go by the same name. A mesh is left out where
+    its parts are given under its name.
 
     Raises:
         ValueError: when a folder holds nothing of what is looked for.
     """
-    opened = [(path, given) for given in inputs for path in _opened(given, meshes_only)]
+    opened = _once([(path, given) for given in inputs for path in _opened(given, meshes_only)])
     paths = [path for path, _ in opened]
     depths = [max(len(path.relative_to(given).parts), 1) for path, given in opened]
     names = distinct_names([_object_path(path) for path in paths], depths)
     return [Source(path, name) for path, name in zip(paths, names, strict=True)]
+
+
+def distinct_names(paths: Sequence[str | os.PathLike[str]], pieces: int | Sequence[int] = 1) -> list[str]:
+    """The shortest end of each path that tells it from the others.
+
+    A file's own name if no other file has it; with as many of its folders as it takes if another does. The same file
+    given again gets `#2`, `#3`.
+
+    Args:
+        pieces: how many pieces of the path a name has at least, for all or for each.
+    """
+    whole = [Path(path).resolve().parts for path in paths]
+    namesakes: defaultdict[str, set[tuple[str, ...]]] = defaultdict(set)
+    for parts in whole:
+        namesakes[parts[-1]].add(parts)
+    seen: Counter[tuple[str, ...]] = Counter()
+    names = []
+    for parts, shortest in zip(whole, np.broadcast_to(pieces, len(whole)).tolist(), strict=True):
+        others = namesakes[parts[-1]] - {parts}
+        length = next(n for n in range(shortest, len(parts) + 1) if all(other[-n:] != parts[-n:] for other in others))
+        seen[parts] += 1
+        names.append("/".join(parts[-length:]) + (f"#{seen[parts]}" if seen[parts] > 1 else ""))
+    return names
 
 
 def find_meshes(folder: Path, names: Sequence[str]) -> dict[str, Path]:
@@ -77,6 +103,19 @@ def _opened(given: Path, meshes_only: bool) -> list[Path]:
     if not files:
         raise ValueError(f"{given}: {wanted} in this folder")
     return files
+
+
+def _once(opened: Sequence[tuple[Path, Path]]) -> list[tuple[Path, Path]]:
+    """Without the meshes whose parts are there, too."""
+    parts: defaultdict[str, list[Path]] = defaultdict(list)
+    for path, _ in opened:
+        if is_parts(path):
+            parts[_object_path(path).name].append(path)
+    return [
+        (path, given)
+        for path, given in opened
+        if is_parts(path) or not any(is_from(own, path) for own in parts.get(path.name, ()))
+    ]
 
 
 def _files(folder: Path, suffixes: Sequence[str]) -> list[Path]:

@@ -19,6 +19,8 @@ from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any
 
+from ..retrieval import Outcome
+
 # Seconds that the extraction of one mesh may take.
 TIME_LIMIT = 300.0
 
@@ -28,15 +30,6 @@ _CONTEXT = multiprocessing.get_context("spawn")
 _BEGUN = "begun"
 # The least memory for a task, however many workers share the machine's.
 _LEAST_MEMORY = 2 << 30
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What became of a task: a result, or the reason why there is none."""
-
-    task: int
-    result: Any = None
-    failure: str | None = None
 
 
 def cores() -> int:
@@ -59,7 +52,7 @@ class _Worker:
 def in_processes(
     function: Callable[[Any], Any], tasks: Sequence[Any], jobs: int, seconds: float = inf
 ) -> Iterator[Outcome]:
-    """`function(task)` of every task, in the order in which they end.
+    """`function(task)` of every task, in the order in which they end: an executor, as those of matrices are.
 
     On Linux a worker has its share of the memory, so that a task for which that is too little fails before the system
     runs out of memory; and workers die with the process that has started them.

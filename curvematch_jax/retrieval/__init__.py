@@ -2,15 +2,16 @@
 
 from ._collection import Collection
 from ._evaluation import GradedScores, Scores, evaluate, evaluate_graded
+from ._executors import Outcome
 from ._files import remove_leftovers
 from ._index import build_index, is_index
 from ._matching import Matching, Witness
 from ._matrix import build_matrix, dissimilarity_matrix
-from ._matrix_file import MatrixStatus, SavedMatrix, distinct_names, load_matrix, matrix_status, save_matrix
+from ._matrix_file import MatrixStatus, SavedMatrix, load_matrix, matrix_status, save_matrix
 from ._parts_file import StoredParts, fingerprint, load_collection, load_parts, save_parts, source_key, stored_source
 from ._ranking import Match, Ranking, rank
 from ._rerank import RERANKED, rerank, reranked
-from ._settings import first_difference, run_settings
+from ._settings import first_difference, require_same, run_settings
 from ._symmetry import symmetric_parts
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "Match",
     "Matching",
     "MatrixStatus",
+    "Outcome",
     "Ranking",
     "SavedMatrix",
     "Scores",
@@ -28,7 +30,6 @@ __all__ = [
     "build_index",
     "build_matrix",
     "dissimilarity_matrix",
-    "distinct_names",
     "evaluate",
     "evaluate_graded",
     "fingerprint",
@@ -40,6 +41,7 @@ __all__ = [
     "matrix_status",
     "rank",
     "remove_leftovers",
+    "require_same",
     "rerank",
     "reranked",
     "run_settings",

@@ -1,4 +1,4 @@
-"""The all-pairs work in blocks: pure functions that memory, a store and a cluster call alike."""
+"""The all-pairs work in blocks of objects: what there is to do, and the function that does it anywhere."""
 
 from __future__ import annotations
 
@@ -17,6 +17,15 @@ from ._stack import stack
 BLOCK = 32
 
 
+class Task(NamedTuple):
+    """Two blocks of M1 and M2 objects that are to be compared."""
+
+    first: Sequence[Parts]
+    second: Sequence[Parts]
+    wanted: np.ndarray  # (M1, M2) bool, the objects to compare
+    matching: Matching
+
+
 class Block(NamedTuple):
     """Distances between two runs of M1 and M2 objects with P1 and P2 parts; NaN for objects not compared."""
 
@@ -33,7 +42,11 @@ class Grid(NamedTuple):
     @property
     def ranges(self) -> list[range]:
         """The objects of each block."""
-        return [range(k, min(k + self.block, self.objects)) for k in range(0, self.objects, self.block)]
+        return [self.range(k) for k in range(-(-self.objects // self.block))]
+
+    def range(self, k: int) -> range:
+        """The objects of a block."""
+        return range(k * self.block, min((k + 1) * self.block, self.objects))
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
@@ -46,15 +59,8 @@ def compared(one: range, other: range) -> np.ndarray:
     return np.asarray(one)[:, None] < np.asarray(other)
 
 
-def block_distances(first: Sequence[Parts], second: Sequence[Parts], wanted: np.ndarray, matching: Matching) -> Block:
-    """Distances of parts to objects of two blocks, both ways (equation 5).
-
-    Args:
-        wanted: (M1, M2) bool, the objects to compare.
-    """
-    forward, backward = nearest(stack(first, matching.unit), stack(second, matching.unit), wanted, matching)
-    return Block(_float(forward.distance), _float(backward.distance))
-
-
-def _float(distances: np.ndarray) -> np.ndarray:
-    return np.where(np.isfinite(distances), distances, np.nan).astype(np.float32)
+def block_distances(task: Task) -> Block:
+    """Distances of parts to objects of two blocks, both ways (equation 5)."""
+    first, second, wanted, matching = task
+    found = nearest(stack(first, matching.unit), stack(second, matching.unit), wanted, matching)
+    return Block(*(np.where(np.isfinite(each.distance), each.distance, np.nan).astype(np.float32) for each in found))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from itertools import islice
 
@@ -12,12 +12,12 @@ import numpy as np
 
 from .._progress import Progress, reporter
 from ..elastic import Aligner, bounded, signatures, tabulate
-from ..surface import Extraction, Parts
+from ..surface import Parts
 from ._cohort import LEAST, Cohort, chosen, object_distances, witness_distances
 from ._distances import nearest_in
 from ._matching import DEFAULT, Matching
-from ._objects import Descriptors, Objects, own
-from ._settings import first_difference
+from ._objects import Objects, own
+from ._settings import require_same, require_same_extraction
 from ._stack import Stack, joined, object_blocks, stack
 
 # Objects that are held at once while a collection is made ready, and parts that are compared with a cohort at once.
@@ -32,29 +32,26 @@ class Collection:
     It holds what comparisons need and not the parts themselves: some 120 KB for an object of 7 parts.
 
     Attributes:
-        names: of the M objects.
-        fingerprints: of the M objects.
+        objects: what the M objects go by, what tells them apart, and their descriptors.
         stack: the parts of all, their curves as tables of the aligner unless it warps them.
-        areas: (P,) of the parts.
         signatures: (P, L, S) of the curves, which bound distances from below, 0 where there is none; None for an
             aligner that warps.
-        descriptors: of the witnesses, (M, K) each.
-        extraction: the settings of all parts.
         matching: what it was made ready for.
         cohort: by which distances are made comparable; None where the matching asks for none.
         moments: (S, M, 2) of the objects' distances to the cohort.
     """
 
-    names: tuple[str, ...]
-    fingerprints: tuple[str, ...]
+    objects: Objects
     stack: Stack
-    areas: np.ndarray
     signatures: np.ndarray | None
-    descriptors: Descriptors
-    extraction: Extraction
     matching: Matching
     cohort: Cohort | None = None
     moments: np.ndarray | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the M objects."""
+        return self.objects.names
 
     @classmethod
     def of(cls, parts: Iterable[Parts], matching: Matching = DEFAULT, progress: Progress = False) -> Collection:
@@ -78,23 +75,14 @@ class Collection:
     @classmethod
     def gathered(cls, parts: Iterable[Parts], matching: Matching) -> Collection:
         """Without a cohort; raises as `of`."""
-        objects, blocks = Objects(), []
-        taken = objects.taking(parts, matching)
-        while some := list(islice(taken, _AT_ONCE)):
-            blocks.append(_ready(stack(some, matching.unit), matching.aligner))
-        if objects.extraction is None:
-            raise ValueError("the collection is empty: at least one object is needed")
-        stacks, marks = zip(*blocks, strict=True)
-        return cls(
-            names=tuple(objects.names),
-            fingerprints=tuple(objects.fingerprints),
-            stack=joined(stacks),
-            areas=np.concatenate(objects.areas),
-            signatures=np.concatenate(marks) if bounded(matching.aligner) else None,
-            descriptors=objects.descriptors,
-            extraction=objects.extraction,
-            matching=matching,
-        )
+        objects, stacks, marks, left = [], [], [], iter(parts)
+        while some := list(islice(left, _AT_ONCE)):
+            objects.append(Objects.of(some, matching))
+            ready, signed = _ready(stack(some, matching.unit), matching.aligner)
+            stacks.append(ready)
+            marks.append(signed)
+        known = Objects.joined(objects)
+        return cls(known, joined(stacks), np.concatenate(marks) if bounded(matching.aligner) else None, matching)
 
     def added(self, parts: Iterable[Parts], progress: Progress = False) -> Collection:
         """The collection with objects behind those that are there.
@@ -105,15 +93,13 @@ class Collection:
             ValueError: as `of`, and when the objects were extracted with other settings.
         """
         if self.cohort is not None and len(self.cohort.members) < LEAST:
-            new = Collection.gathered(parts, self.matching)
-            new.require_extraction(self.extraction)
-            return self._joined(new)._judged(None, progress)
+            return self._joined(Collection.gathered(parts, self.matching))._judged(None, progress)
         return self._joined(self.judging(parts, progress))
 
     def judging(self, parts: Iterable[Parts], progress: Progress = False) -> Collection:
         """Other objects, compared with this collection's cohort; raises as `added`."""
         new = Collection.gathered(parts, self.matching)
-        new.require_extraction(self.extraction)
+        self.require(new, self.matching)
         return new if self.cohort is None else new._judged(self, progress)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -146,18 +132,7 @@ class Collection:
 
     def taken(self, objects: np.ndarray) -> Collection:
         """Some of the objects, (K,) indices, without a cohort."""
-        parts = np.isin(np.repeat(np.arange(self.stack.objects), np.diff(self.stack.starts)), objects)
-        return replace(
-            self,
-            names=tuple(self.names[k] for k in objects.tolist()),
-            fingerprints=tuple(self.fingerprints[k] for k in objects.tolist()),
-            stack=self.stack.taken(objects),
-            areas=self.areas[parts],
-            signatures=None,
-            descriptors={name: table[objects] for name, table in self.descriptors.items()},
-            cohort=None,
-            moments=None,
-        )
+        return Collection(self.objects.taken(objects.tolist()), self.stack.taken(objects), None, self.matching)
 
     def distances_to(self, members: Collection, same: np.ndarray | None = None) -> np.ndarray:
         """Distances (S, M, C) of every source to the members of a cohort.
@@ -165,12 +140,13 @@ class Collection:
         Args:
             same: (M, C) bool, pairs that are not compared, NaN; by default those of an object with itself or a twin.
         """
-        same = own(self.fingerprints, members.fingerprints) if same is None else same
+        same = own(self.objects.fingerprints, members.objects.fingerprints) if same is None else same
         parts = nearest_in(self.stack, members.stack, ~same, self.matching).distance
-        means = object_distances(np.where(np.isinf(parts), 0.0, parts), self.areas, self.stack.starts, self.matching)
+        parts = np.where(np.isinf(parts), 0.0, parts)
+        means = object_distances(parts, self.objects.areas, self.stack.starts, self.matching)
         means[:, members.stack.lacking] = np.nan
-        sources = [means, *witness_distances(self.descriptors, members.descriptors, self.matching)]
-        return np.where(same, np.nan, np.stack(sources))
+        witnesses = witness_distances(self.objects.descriptors, members.objects.descriptors, self.matching)
+        return np.where(same, np.nan, np.stack([means, *witnesses]))
 
     def require(self, query: Collection, matching: Matching) -> None:
         """Refuse what the collection is not ready for.
@@ -179,23 +155,13 @@ class Collection:
             ValueError: when the query was extracted with other settings, or the matching is another one, as far as
                 the collection depends on it.
         """
-        query.require_extraction(self.extraction)
-        different = first_difference(self.matching, matching)
-        if different and (matching.mutual or different.name in ("aligner", "unit")):
-            raise ValueError(
-                f"the collection was prepared for {different.name} = {different.one!r}, and the matching has "
-                f"{different.name} = {different.other!r}: give Collection.of the matching of the queries"
-            )
-
-    def require_extraction(self, other: Extraction) -> None:
-        """Raises `ValueError` when these parts were extracted with other settings."""
-        different = first_difference(other, self.extraction)
-        if different:
-            raise ValueError(
-                f"parts of {self.names[0] or 'an object'} were extracted with {different.name} = {different.other!r}, "
-                f"those of the collection with {different.name} = {different.one!r}: extract both with the same "
-                "settings"
-            )
+        extracted = [("the collection", self.objects.extraction), (query.names[0], query.objects.extraction)]
+        require_same_extraction(extracted)
+        plain = [asdict(each) for each in (self.matching, matching)]
+        needed = plain[0] if matching.mutual else ("aligner", "unit")
+        ready, asked = ({name: each[name] for name in needed} for each in plain)
+        what = ("the collection was prepared", "and the query comes")
+        require_same(ready, asked, what, "give Collection.of the matching of the queries")
 
     def lacking_notes(self, what: str) -> tuple[str, ...]:
         """A sentence on every object without parts."""
@@ -206,14 +172,14 @@ class Collection:
 
     def _judged(self, judges: Collection | None, progress: Progress) -> Collection:
         """With moments of the distances to the cohort of another collection, or to one of its own."""
-        members = self.taken(chosen(self.fingerprints)) if judges is None else judges.members
+        members = self.taken(chosen(self.objects.fingerprints)) if judges is None else judges.members
         report, found = reporter(progress, "cohort", "objects"), []
         for block in object_blocks(self.stack.starts, parts=_PARTS_AT_ONCE):
             found.append(self.taken(np.arange(block.start, block.stop)).distances_to(members))
             report(block.stop, self.stack.objects)
         distances = np.concatenate(found, axis=1)
         if judges is None:
-            picked = chosen(self.fingerprints)
+            picked = chosen(self.objects.fingerprints)
             cohort = Cohort.of(picked, distances[:, picked], self.matching)
         else:
             assert judges.cohort is not None
@@ -223,27 +189,11 @@ class Collection:
     def _joined(self, other: Collection) -> Collection:
         return replace(
             self,
-            names=self.names + other.names,
-            fingerprints=self.fingerprints + other.fingerprints,
+            objects=Objects.joined([self.objects, other.objects]),
             stack=joined([self.stack, other.stack]),
-            areas=np.concatenate([self.areas, other.areas]),
             signatures=_behind(self.signatures, other.signatures, axis=0),
-            descriptors=joined_tables(self.descriptors, other.descriptors),
             moments=_behind(self.moments, other.moments, axis=1),
         )
-
-
-def joined_tables(one: Descriptors, other: Descriptors) -> Descriptors:
-    """Descriptors of the objects of two collections; raises `ValueError` when they have different lengths."""
-    tables = {}
-    for name in one:
-        widths = {table[name].shape[1] for table in (one, other)}
-        wide = max(widths)
-        if len(widths - {0}) > 1:
-            raise ValueError(f"the {name} of the objects have {sorted(widths)} numbers: extract them again")
-        padded = [np.pad(t[name], ((0, 0), (0, wide - t[name].shape[1])), constant_values=np.nan) for t in (one, other)]
-        tables[name] = np.concatenate(padded)
-    return tables
 
 
 def _behind(one: np.ndarray | None, other: np.ndarray | None, axis: int) -> np.ndarray | None:

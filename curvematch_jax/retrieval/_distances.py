@@ -126,7 +126,7 @@ class Levels(NamedTuple):
     values: np.ndarray  # (*K, L) radians: what lengths and missing levels say, to which shapes are added
     both: np.ndarray  # (*K, L) bool, levels that both parts have
     either: np.ndarray  # (*K, L) bool
-    apart: np.ndarray | float  # (*K,) radians: what fronts and near-isometry say
+    apart: np.ndarray | float  # (*K,) radians: what level sets and near-isometry say
 
     def joined(self, matching: Matching) -> np.ndarray:
         """Distances (*K,) of the parts (equation D)."""
@@ -142,10 +142,10 @@ def compared(first: Stack, one: Index, second: Stack, other: Index, matching: Ma
     ratios = np.minimum(np.abs(lengths), MAX_LOG_RATIO)
     values = np.where(both, matching.length_weight * ratios, np.float32(matching.missing) * either)
     apart: np.ndarray | float = 0.0
-    if matching.front_weight:
-        fronts = np.abs(first.log_fronts[one] - second.log_fronts[other])
-        weights = _weights(fronts, matching.decay)
-        apart = apart + matching.front_weight * _mean(np.minimum(fronts, MAX_LOG_RATIO), None, weights)
+    if matching.level_set_weight:
+        level_sets = np.abs(first.log_level_sets[one] - second.log_level_sets[other])
+        weights = _weights(level_sets, matching.decay)
+        apart = apart + matching.level_set_weight * _mean(np.minimum(level_sets, MAX_LOG_RATIO), None, weights)
     if matching.isometry_weight:
         units = first.log_units[one] - second.log_units[other]
         unequal = np.minimum(np.abs(lengths - units[..., None]), MAX_ISOMETRY_RATIO)

@@ -1,19 +1,27 @@
-"""One function over many tasks: in this process, or on an existing `dask.distributed` cluster."""
+"""One function over many tasks: in this process, or on a `dask.distributed` cluster."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-Tasks = Iterator[tuple[Any, tuple]]
-# `(key, function(*arguments))` of every `(key, arguments)`, in any order; few of them on the way at a time.
-Executor = Callable[[Callable[..., Any], Tasks], Iterator[tuple[Any, Any]]]
+
+class Outcome(NamedTuple):
+    """What became of a task: a result, or the reason why there is none."""
+
+    task: int
+    """Its index."""
+    result: Any = None
+    failure: str | None = None
+
+
+# The outcome of a function for every task, in the order in which they end; few tasks are taken before they begin.
+Executor = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Outcome]]
 
 # Tasks that wait at each worker, so that none is idle while its next one is on the way.
 _AHEAD = 2
@@ -38,53 +46,46 @@ def connect(address: str) -> Client:
         raise ValueError(f"{address}: no dask scheduler answers there ({type(error).__name__})") from error
 
 
-def executor(client: Client | None) -> Executor:
-    """What runs tasks: the cluster of a client, or this process."""
-    return here if client is None else partial(on_cluster, client)
+def here(function: Callable[[Any], Any], tasks: Iterable[Any]) -> Iterator[Outcome]:
+    """One after the other; what `function` raises is raised."""
+    for index, task in enumerate(tasks):
+        yield Outcome(index, function(task))
 
 
-def here(function: Callable[..., Any], tasks: Tasks) -> Iterator[tuple[Any, Any]]:
-    """One after the other."""
-    for key, arguments in tasks:
-        yield key, function(*arguments)
-
-
-def on_cluster(client: Client, function: Callable[..., Any], tasks: Tasks) -> Iterator[tuple[Any, Any]]:
-    """`(key, function(*arguments))` of every `(key, arguments)`, in the order in which they end.
+def on_cluster(client: Client, function: Callable[[Any], Any], tasks: Iterable[Any]) -> Iterator[Outcome]:
+    """On the workers of an existing cluster.
 
     Only a few tasks a worker are on the way at a time, so that memory stays bounded here and at the scheduler. The
-    scheduler holds the arguments until a task has ended, and gives the tasks of a lost worker to another.
-
-    Raises:
-        RuntimeError: when a task has gone down with several workers; whatever `function` raises.
+    scheduler holds a task until it has ended, and gives the tasks of a lost worker to another; one that has gone down
+    with several workers has failed.
     """
     from distributed import KilledWorker, wait
 
-    running: dict[Future, Any] = {}
-    waiting = iter(tasks)
+    running: dict[Future, int] = {}
+    waiting = iter(enumerate(tasks))
     try:
         while True:
             room = _AHEAD * max(len(client.scheduler_info(n_workers=-1)["workers"]), 1) - len(running)
-            for key, arguments in islice(waiting, max(room, 0)):
-                running[_submit(client, function, arguments)] = key
+            for index, task in islice(waiting, max(room, 0)):
+                running[_submit(client, function, task)] = index
             if not running:
                 return
             with client.as_current():
                 ended: Any = wait(list(running), return_when="FIRST_COMPLETED")
             for future in ended.done:
-                key = running.pop(future)
-                try:
-                    yield key, future.result()
-                except KilledWorker as error:
-                    raise RuntimeError(
-                        f"several workers died while computing block {key}: give them more memory"
-                    ) from error
+                index, error = running.pop(future), future.exception()
+                if error is None:
+                    yield Outcome(index, future.result())
+                elif isinstance(error, KilledWorker):
+                    yield Outcome(index, failure="several workers died while computing it: give them more memory")
+                else:
+                    yield Outcome(index, failure=f"{type(error).__name__}: {error}")
     finally:
         client.cancel(list(running))
 
 
-def _submit(client: Client, function: Callable[..., Any], arguments: tuple) -> Future:
+def _submit(client: Client, function: Callable[[Any], Any], task: Any) -> Future:
     with warnings.catch_warnings():
         # That a graph is large. Arguments that are sent ahead instead are lost with the worker that holds them.
         warnings.simplefilter("ignore", UserWarning)
-        return client.submit(function, *arguments, pure=False)
+        return client.submit(function, task, pure=False)

@@ -1,4 +1,4 @@
-"""Files and folders that appear whole or not at all."""
+"""Files and folders that appear whole or not at all, and what is said when they are not."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[None]:
+def writing(path: Path | None) -> Iterator[None]:
     """Says in one sentence that there is no room, or no permission, where something was to be written: `ValueError`."""
     try:
         yield
@@ -47,6 +47,11 @@ def writing(path: Path) -> Iterator[None]:
             f"{path}: cannot be written ({error.strerror or error}): free some space or choose another place, and run "
             "the same command again; what was written before is intact"
         ) from error
+
+
+def vacant(path: Path) -> bool:
+    """Whether there is nothing at a path, or an empty folder: something may be made there."""
+    return not path.exists() or (path.is_dir() and not any(path.iterdir()))
 
 
 @contextmanager
@@ -78,6 +83,11 @@ def remove_leftovers(folder: Path) -> None:
     for path in list(folder.rglob(".curvematch-*")):
         if _left_over(path):
             shutil.rmtree(path, ignore_errors=True)
+
+
+def short(error: Exception) -> str:
+    """An error's type and message, which may quote any length of what a file holds."""
+    return f"{type(error).__name__}: {' '.join(str(error).split())[:160]}"
 
 
 def _left_over(path: Path) -> bool:

@@ -23,13 +23,13 @@ from ..elastic._rigid import RigidTable
 from ..surface import Extraction, Parts
 from ._cohort import LEAST, Cohort
 from ._collection import Collection
-from ._files import locked, remove_leftovers, replacing, writing
+from ._files import locked, remove_leftovers, replacing, short, vacant, writing
 from ._matching import DEFAULT, Matching
 from ._objects import Objects, places
-from ._settings import first_difference, run_settings
+from ._settings import require_same, run_settings
 from ._stack import Stack
 
-INDEX_FORMAT = 1
+INDEX_FORMAT = 2
 _TABLE = "index.json"
 _COHORT = ("members", "floor", "mean", "deviation", "weight")
 
@@ -61,54 +61,49 @@ def build_index(
             naming the first difference, is in use, or cannot be written to.
     """
     path = Path(path)
-    if not is_index(path):
-        found = Collection.of(parts, matching, progress)
-        write_index(found, path)
-        return len(found.names)
-    there = read_index(path, matching)
-    objects = Objects.of(parts, dataclasses.replace(matching, witnesses=()))
-    _, added = places(path, there.names, there.fingerprints, objects)
-    if added:
+    with locked(path):
+        if not is_index(path):
+            found = Collection.of(parts, matching, progress)
+            _write(found, path)
+            return len(found.names)
+        there = read_index(path, matching)
+        objects = Objects.of(parts, dataclasses.replace(matching, witnesses=()))
+        _, added = places(path, there.names, there.objects.fingerprints, objects)
         new = [parts[k] for k in added]
-        if there.cohort is not None and len(there.cohort.members) < LEAST:  # It grows, and all depends on it.
-            write_index(there.added(new, progress), path)
-        else:
-            _extend(path, there.judging(new, progress))
-    return len(added)
+        if new and there.cohort is not None and len(there.cohort.members) < LEAST:  # It grows, and all depends on it.
+            _write(there.added(new, progress), path)
+        elif new:
+            remove_leftovers(path)
+            with writing(path):
+                _append(path, _read_table(path), there.judging(new, progress))
+        return len(new)
 
 
 def write_index(collection: Collection, path: str | os.PathLike[str]) -> None:
     """A new index; raises as `Collection.save`."""
-    path = Path(path)
-    if path.exists() and not is_index(path) and not (path.is_dir() and not any(path.iterdir())):
+    with locked(Path(path)):
+        _write(collection, Path(path))
+
+
+def _write(collection: Collection, path: Path) -> None:
+    if not vacant(path) and not is_index(path):
         raise ValueError(f"{path}: is not an index: choose another place")
-    with locked(path), writing(path), replacing(path) as temporary:
+    with writing(path), replacing(path) as temporary:
         temporary.mkdir()
         _append(temporary, None, collection)
-
-
-def _extend(path: Path, new: Collection) -> None:
-    with locked(path), writing(path):
-        remove_leftovers(path)
-        _append(path, _read_table(path), new)
 
 
 def read_index(path: str | os.PathLike[str], matching: Matching) -> Collection:
     """An index mapped into memory; raises as `Collection.open`."""
     path = Path(path)
     table = _read_table(path)
-    different = first_difference(table["settings"]["matching"], matching)
-    if different:
-        raise ValueError(
-            f"{path}: the index was made for {different.name} = {different.one!r}, and {different.name} = "
-            f"{different.other!r} was asked for: use the preset that it was made with, or make another one"
-        )
+    what = (f"{path}: the index was made", "and is asked")
+    remedy = "use the preset that it was made with, or build another one"
+    require_same(table["settings"]["matching"], matching, what, remedy)
     try:
         return _collection(path, table, matching)
     except (KeyError, TypeError, ValueError, OSError) as error:
-        raise ValueError(
-            f"{path}: the index is damaged ({' '.join(str(error).split())[:160]}): build it again"
-        ) from error
+        raise ValueError(f"{path}: the index is damaged ({short(error)}): build it again") from error
 
 
 def _read_table(path: Path) -> dict[str, Any]:
@@ -117,7 +112,7 @@ def _read_table(path: Path) -> dict[str, Any]:
     try:
         table = json.loads((path / _TABLE).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: not a curvematch index ({type(error).__name__})") from error
+        raise ValueError(f"{path}: not a curvematch index ({short(error)})") from error
     if not isinstance(table, dict) or "curvematch_index" not in table:
         raise ValueError(f"{path}: not a curvematch index")
     if table["curvematch_index"] != INDEX_FORMAT:
@@ -147,12 +142,12 @@ def _append(folder: Path, table: dict[str, Any] | None, new: Collection) -> None
         arrays[name] = kept
     written = {
         "curvematch_index": INDEX_FORMAT,
-        "settings": run_settings(new.extraction, new.matching),
+        "settings": run_settings(new.objects.extraction, new.matching),
         "cohort": None if new.cohort is None else {name: getattr(new.cohort, name).tolist() for name in _COHORT},
         "dimension": new.stack.curves.dimension if isinstance(new.stack.curves, Tables) else None,
         "arrays": arrays,
-        "names": [*(table["names"] if table else ()), *new.names],
-        "fingerprints": [*(table["fingerprints"] if table else ()), *new.fingerprints],
+        "names": [*(table["names"] if table else ()), *new.objects.names],
+        "fingerprints": [*(table["fingerprints"] if table else ()), *new.objects.fingerprints],
     }
     with replacing(folder / _TABLE) as temporary:
         temporary.write_text(json.dumps(written), encoding="utf-8")
@@ -165,9 +160,9 @@ def _arrays(new: Collection, curves: int) -> dict[str, np.ndarray]:
         "sizes": np.diff(stack.starts),
         "rows": np.where(stack.rows >= 0, stack.rows + curves, -1).astype(np.int32),
         "log_lengths": stack.log_lengths,
-        "log_fronts": stack.log_fronts,
+        "log_level_sets": stack.log_level_sets,
         "log_units": stack.log_units,
-        "areas": new.areas,
+        "areas": new.objects.areas,
     }
     if isinstance(stack.curves, Tables):
         arrays |= {"tangents": stack.curves.curves.tangents, "keys": stack.curves.keys}
@@ -177,7 +172,7 @@ def _arrays(new: Collection, curves: int) -> dict[str, np.ndarray]:
         arrays["signatures"] = new.signatures
     if new.moments is not None:
         arrays["moments"] = np.moveaxis(new.moments, 1, 0)
-    arrays |= {f"witness_{name}": rows for name, rows in new.descriptors.items()}
+    arrays |= {f"witness_{name}": rows for name, rows in new.objects.descriptors.items()}
     little = {name: np.ascontiguousarray(rows) for name, rows in arrays.items()}
     return {name: rows.astype(rows.dtype.newbyteorder("<"), copy=False) for name, rows in little.items()}
 
@@ -199,14 +194,18 @@ def _collection(path: Path, table: Mapping[str, Any], matching: Matching) -> Col
     kept, cohort = table["cohort"], None
     if kept is not None:
         cohort = Cohort(*(np.array(kept[name], np.int64 if name == "members" else np.float64) for name in _COHORT))
-    return Collection(
+    objects = Objects(
+        extraction=Extraction(**table["settings"]["extraction"]),
         names=tuple(table["names"]),
         fingerprints=tuple(table["fingerprints"]),
-        stack=Stack(curves, rows, arrays["log_lengths"], arrays["log_fronts"], arrays["log_units"], starts),
         areas=arrays["areas"],
-        signatures=arrays.get("signatures"),
+        counts=np.asarray(arrays["sizes"]),
         descriptors={witness.name: arrays[f"witness_{witness.name}"] for witness in matching.witnesses},
-        extraction=Extraction(**table["settings"]["extraction"]),
+    )
+    return Collection(
+        objects=objects,
+        stack=Stack(curves, rows, arrays["log_lengths"], arrays["log_level_sets"], arrays["log_units"], starts),
+        signatures=arrays.get("signatures"),
         matching=matching,
         cohort=cohort,
         moments=np.moveaxis(arrays["moments"], 0, 1) if "moments" in arrays else None,

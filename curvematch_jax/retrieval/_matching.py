@@ -64,17 +64,18 @@ class Matching:
     Two parts differ, level by level, by the elastic distance of their curves (radians) and by `length_weight` times
     the difference of the logarithms of the curves' lengths. The levels are averaged with weights `k^-decay`, k = 1
     next to the feature point, up to a part's first gap; a level that only one of the two parts has counts as
-    `missing`, one that neither has does not count. Added are `front_weight` times the mean difference of the
-    logarithms of the fronts, and `isometry_weight` times the mean difference of the logarithms of the lengths in
-    sizes (`Parts.size`), each counted up to 0.2, with weights `k^-0.6`, and the mean up to `isometry_limit`: it tells
-    a body from others of nearly the same proportions, and is the same constant for all that is farther from isometric.
+    `missing`, one that neither has does not count. Added are `level_set_weight` times the mean difference of the
+    logarithms of the lengths of whole level sets, and `isometry_weight` times the mean difference of the logarithms of
+    the lengths in sizes (`Parts.size`), each counted up to 0.2, with weights `k^-0.6`, and the mean up to
+    `isometry_limit`: it tells a body from others of nearly the same proportions, and is the same constant for all that
+    is farther from isometric.
 
     Attributes:
         aligner: the alignment of two curves.
         candidates: how many parts of each object are compared by shape with each part of the other: those nearest by
             sizes or, where sizes do not count, by start point and rotation of the curves alone. 0 compares all.
         length_weight: radians for a factor e between the lengths of two curves.
-        front_weight: radians for a factor e between the lengths of two fronts.
+        level_set_weight: radians for a factor e between the lengths of two level sets.
         isometry_weight: radians for a factor e between lengths that are nearly equal.
         isometry_limit: logarithm of the ratio up to which lengths are nearly equal.
         decay: how fast the weight of a level falls with its distance from the feature point.
@@ -99,7 +100,7 @@ class Matching:
     aligner: Aligner = field(default_factory=lambda: Rigid(measured=False))
     candidates: int = 2
     length_weight: float = 0.25
-    front_weight: float = 0.25
+    level_set_weight: float = 0.25
     isometry_weight: float = 12.0
     isometry_limit: float = 0.1
     decay: float = 0.0
@@ -117,7 +118,7 @@ class Matching:
                 raise ValueError(f"{name} must be one of {', '.join(get_args(kind))}, found {getattr(self, name)!r}")
         if not isinstance(self.candidates, int) or self.candidates < 0:
             raise ValueError(f"candidates must be a whole number, 0 or more, found {self.candidates!r}")
-        for name in ("length_weight", "front_weight", "isometry_weight", "isometry_limit", "decay", "missing"):
+        for name in ("length_weight", "level_set_weight", "isometry_weight", "isometry_limit", "decay", "missing"):
             if not 0 <= getattr(self, name) < math.inf:
                 raise ValueError(f"{name} must be 0 or more, found {getattr(self, name)!r}")
         if not 0 < self.scale < math.inf:
@@ -147,8 +148,8 @@ class Matching:
         One-way: the parts of the query are compared with the object, and not the other way round.
 
         Far from its feature point a part of one body reaches into the other, so that the weight of levels falls with
-        the distance, and lengths in diameters of the whole say nothing about a piece. Masses by equation 4 let few
-        parts speak for an object: those of half a query need not wait for the other half.
+        the distance, and lengths in diameters of the whole say nothing about a piece. With masses by equation 4, a few
+        close parts are enough to rank an object highly: half of a query can match without the other half.
         """
         return cls(fusion="belief", witnesses=(), isometry_weight=0.0, decay=1.0, masses="shares", scale=0.05)
 
@@ -164,7 +165,7 @@ class Matching:
             aligner=Aligner.fast(),
             candidates=1,
             length_weight=0.0,
-            front_weight=0.0,
+            level_set_weight=0.0,
             isometry_weight=0.0,
             decay=1.0,
             missing=0.8,
@@ -178,7 +179,7 @@ class Matching:
     @property
     def sized(self) -> bool:
         """Whether sizes count."""
-        return self.length_weight + self.front_weight + self.isometry_weight > 0
+        return self.length_weight + self.level_set_weight + self.isometry_weight > 0
 
     @property
     def separate(self) -> bool:
@@ -194,7 +195,7 @@ class Matching:
     def max_distance(self) -> float:
         """The greatest distance of two parts there is: that of parts with nothing in common."""
         level = max(MAX_CURVE_DISTANCE + self.length_weight * MAX_LOG_RATIO, self.missing)
-        return level + self.front_weight * MAX_LOG_RATIO + self.isometry_weight * self.isometry_limit
+        return level + self.level_set_weight * MAX_LOG_RATIO + self.isometry_weight * self.isometry_limit
 
     def normalised(self, distances: np.ndarray) -> np.ndarray:
         """Part-to-object distances brought into [0, 1] by a constant, never by the collection."""

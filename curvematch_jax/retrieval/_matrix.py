@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools as ft
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
@@ -12,12 +13,11 @@ import numpy as np
 
 from .._progress import Progress, reporter
 from ..surface import Parts
-from ._blocks import BLOCK, block_distances, compared
-from ._executors import executor
+from ._blocks import BLOCK, Task, block_distances, compared
+from ._executors import Executor, here, on_cluster
 from ._files import locked
 from ._matching import DEFAULT, Matching
-from ._matrix_store import open_matrix
-from ._matrix_table import MatrixTable
+from ._matrix_store import MatrixStore, open_matrix
 from ._objects import Objects
 
 if TYPE_CHECKING:
@@ -95,71 +95,46 @@ def _filled(
     progress: Progress,
     client: Client | None,
     block: int,
-) -> tuple[MatrixTable, list[int]]:
-    """The table with everything in it, in memory or at a path, and where in it each of the objects is."""
+) -> tuple[MatrixStore, list[int]]:
+    """The store with everything in it, in memory or at a path, and where in it each of the objects is."""
     if not isinstance(block, int) or block < 1:
         raise ValueError(f"block must be a whole number, 1 or more, found {block!r}")
+    place = None if path is None else Path(path)
     objects = Objects.of(parts, matching)
-    with nullcontext() if path is None else locked(Path(path)):
-        if path is None:
-            table, order = MatrixTable(objects, block), list(range(len(objects.names)))
-        else:
-            table, order = open_matrix(path, objects, matching, block)
-        inverse = np.argsort(order).tolist()  # Which of the objects given each of the table's is.
-        missing = table.missing()
-        advance = _progress(progress, table, missing)
-        tasks = _tasks(_Reordered(parts, inverse), table, missing, matching)
-        for key, found in executor(client)(block_distances, tasks):
-            table.put(key[0], key[1], found)
-            advance(key)
-        table.finish(objects.ordered(inverse), matching, progress)
-    return table, order
-
-
-class _Reordered(Sequence[Parts]):
-    """The same objects in another order, read no sooner than they are needed."""
-
-    def __init__(self, parts: Sequence[Parts], order: Sequence[int]) -> None:
-        self._parts, self._order = parts, order
-
-    def __len__(self) -> int:
-        return len(self._order)
-
-    def __getitem__(self, i: int) -> Parts:  # type: ignore[override]
-        return self._parts[self._order[i]]
+    with nullcontext() if place is None else locked(place):
+        store, order = open_matrix(place, objects, matching, block)
+        inverse = np.argsort(order).tolist()  # Which of the objects given each of the store's is.
+        missing, costs = store.missing(), {pair: _cost(store, pair) for pair in store.grid.pairs}
+        total = sum(costs.values())
+        done = total - sum(costs[pair] for pair in missing)
+        report = reporter(progress, "matrix", "pairs")
+        report(done, total)
+        tasks = _tasks(lambda i: parts[inverse[i]], store, missing, matching)
+        run: Executor = here if client is None else ft.partial(on_cluster, client)
+        for index, found, failure in run(block_distances, tasks):
+            if failure is not None:
+                raise RuntimeError(f"block {missing[index]} could not be compared: {failure}")
+            store.put(*missing[index], found)
+            done += costs[missing[index]]
+            report(done, total)
+        store.finish(objects.taken(inverse), matching, progress)
+    return store, order
 
 
 def _tasks(
-    parts: Sequence[Parts], table: MatrixTable, pairs: Sequence[tuple[int, int]], matching: Matching
-) -> Iterator[tuple[tuple[int, int], tuple]]:
-    """The arguments of `block_distances` for each pair of blocks; of a row of blocks the first is read once."""
+    load: Callable[[int], Parts], store: MatrixStore, pairs: Sequence[tuple[int, int]], matching: Matching
+) -> Iterator[Task]:
+    """What there is to do for each pair of blocks; of a row of blocks the first is read once."""
     held, first = -1, []
     for one, other in pairs:
-        rows, columns = table.ranges(one, other)
+        rows, columns = store.grid.range(one), store.grid.range(other)
         if one != held:
-            held, first = one, [parts[i] for i in rows]
-        second = first if one == other else [parts[j] for j in columns]
-        yield (one, other), (first, second, table.wanted(one, other), matching)
+            held, first = one, [load(i) for i in rows]
+        second = first if one == other else [load(j) for j in columns]
+        yield Task(first, second, store.wanted(one, other), matching)
 
 
-def _progress(
-    progress: Progress, table: MatrixTable, missing: Sequence[tuple[int, int]]
-) -> Callable[[tuple[int, int]], None]:
-    """What to call when a pair of blocks is done. Pairs of parts are counted, as time goes with them."""
-    report, costs = reporter(progress, "matrix", "pairs"), {pair: _cost(table, pair) for pair in table.grid.pairs}
-    total = sum(costs.values())
-    done = total - sum(costs[pair] for pair in missing)
-    report(done, total)
-
-    def advance(pair: tuple[int, int]) -> None:
-        nonlocal done
-        done += costs[pair]
-        report(done, total)
-
-    return advance
-
-
-def _cost(table: MatrixTable, pair: tuple[int, int]) -> int:
-    one, other = table.ranges(*pair)
-    counts = table.counts
-    return int(counts[one.start : one.stop] @ compared(one, other) @ counts[other.start : other.stop])
+def _cost(store: MatrixStore, pair: tuple[int, int]) -> int:
+    """Pairs of parts in a pair of blocks: time goes with them."""
+    one, other = (store.grid.range(k) for k in pair)
+    return int(store.counts[one] @ compared(one, other) @ store.counts[other])

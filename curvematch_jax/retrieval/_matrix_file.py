@@ -1,4 +1,4 @@
-"""Dissimilarity matrices on disk, as zarr groups: whole ones written, any read; and the names of objects."""
+"""Dissimilarity matrices on disk, as zarr groups: whole ones written, any read or asked how far they are."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import dataclasses
 import math
 import os
 import warnings
-from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -15,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from ._blocks import Grid
-from ._files import replacing, writing
+from ._files import replacing, short, vacant, writing
 
-MATRIX_FORMAT = 3
+MATRIX_FORMAT = 4
 
 # Blocks that the rate is taken from: the last ones, so that a stop a week ago does not count.
 _RECENT = 50
@@ -88,8 +87,7 @@ def save_matrix(saved: SavedMatrix, path: str | os.PathLike[str]) -> None:
     }
     with writing(path), replacing(path) as temporary:
         group = zarr.open_group(temporary, mode="w", attributes=attributes)
-        values = np.ascontiguousarray(saved.dissimilarity, np.float64)
-        group.create_array("dissimilarity", data=values, fill_value=np.nan)
+        group.create_array("dissimilarity", data=saved.dissimilarity.astype(np.float64, order="C"), fill_value=np.nan)
 
 
 def load_matrix(path: str | os.PathLike[str]) -> SavedMatrix:
@@ -99,8 +97,6 @@ def load_matrix(path: str | os.PathLike[str]) -> SavedMatrix:
         FileNotFoundError: when there is nothing at `path`.
         ValueError: when it is something else, damaged, of another format, or not finished.
     """
-    import zarr
-
     path = Path(path)
     attributes = matrix_attributes(path)
     if not attributes["complete"]:
@@ -109,27 +105,11 @@ def load_matrix(path: str | os.PathLike[str]) -> SavedMatrix:
             f"{path}: the matrix is not finished, {status.done} of {status.done + status.left} blocks are done: "
             "run the command that made it again"
         )
-    names = tuple(attributes["names"])
     try:
-        array: Any = zarr.open_group(path, mode="r")["dissimilarity"]
-        shape, kind = tuple(array.shape), np.dtype(array.dtype).kind
+        values = _values(path, len(attributes["names"]))
     except Exception as error:  # zarr's stores and codecs raise what they like
-        raise ValueError(f"{path}: the matrix is damaged ({type(error).__name__})") from error
-    # Before anything is read: a few bytes can claim to be any number of values.
-    if shape != (len(names), len(names)) or kind != "f":
-        raise ValueError(f"{path}: the matrix is damaged: {len(names)} names, values of shape {shape} and kind {kind}")
-    if not 0 < math.prod(array.chunks) <= _LARGEST_CHUNK:
-        raise ValueError(f"{path}: the matrix is damaged: its chunks have {array.chunks} values")
-    lacking = array.nchunks - array.nchunks_initialized
-    if lacking:
-        raise ValueError(f"{path}: the matrix is damaged: it lacks {lacking} of {array.nchunks} chunks")
-    try:
-        values = np.asarray(array)
-    except Exception as error:
-        raise ValueError(f"{path}: the matrix is damaged ({type(error).__name__})") from error
-    if not np.isfinite(values).all():
-        raise ValueError(f"{path}: the matrix is damaged: it holds values that are not finite")
-    return SavedMatrix(values, names, attributes["settings"], tuple(attributes["notes"]))
+        raise ValueError(f"{path}: the matrix is damaged ({short(error)})") from error
+    return SavedMatrix(values, tuple(attributes["names"]), attributes["settings"], tuple(attributes["notes"]))
 
 
 def matrix_status(path: str | os.PathLike[str]) -> MatrixStatus:
@@ -144,41 +124,12 @@ def matrix_status(path: str | os.PathLike[str]) -> MatrixStatus:
     attributes = matrix_attributes(Path(path))
     names, there = tuple(attributes["names"]), chunks(Path(path))
     pairs = Grid(len(names), attributes["block"]).pairs if "sizes" in attributes else []
-    both = [((i, j), (j, i)) for i, j in pairs]
-    times = sorted(max(there[one], there[other]) for one, other in both if one in there and other in there)
+    times = sorted(max(there[i, j], there[j, i]) for i, j in pairs if {(i, j), (j, i)} <= there.keys())
     recent = times[-_RECENT:]
     lasted = recent[-1] - recent[0] if recent else 0.0
     rate = (len(recent) - 1) / lasted if lasted > 0 else None
     left, complete = len(pairs) - len(times), bool(attributes["complete"])
     return MatrixStatus(names, tuple(attributes["notes"]), len(times), left, complete, rate)
-
-
-def distinct_names(paths: Sequence[str | os.PathLike[str]], least: int | Sequence[int] = 1) -> list[str]:
-    """The shortest end of each path that tells it from the others.
-
-    A file's own name if no other file has it; with as many of its folders as it takes if another does. The same file
-    given again gets `#2`, `#3`.
-
-    Args:
-        least: how many pieces of the path a name has at least, for all or for each.
-    """
-    whole = [Path(path).resolve().parts for path in paths]
-    namesakes: defaultdict[str, set[tuple[str, ...]]] = defaultdict(set)
-    for parts in whole:
-        namesakes[parts[-1]].add(parts)
-    seen: Counter[tuple[str, ...]] = Counter()
-    names = []
-    for parts, shortest in zip(whole, np.broadcast_to(least, len(whole)).tolist(), strict=True):
-        others = namesakes[parts[-1]] - {parts}
-        length = next(n for n in range(shortest, len(parts) + 1) if all(other[-n:] != parts[-n:] for other in others))
-        seen[parts] += 1
-        names.append("/".join(parts[-length:]) + (f"#{seen[parts]}" if seen[parts] > 1 else ""))
-    return names
-
-
-def vacant(path: Path) -> bool:
-    """Whether there is nothing at a path, or an empty folder: a matrix may be made there."""
-    return not path.exists() or (path.is_dir() and not any(path.iterdir()))
 
 
 def matrix_attributes(path: Path) -> dict[str, Any]:
@@ -197,7 +148,7 @@ def matrix_attributes(path: Path) -> dict[str, Any]:
             warnings.simplefilter("ignore")  # About files that are not zarr's.
             attributes: dict[str, Any] = dict(zarr.open_group(path, mode="r").attrs)
     except Exception as error:  # zarr's stores raise what they like
-        raise ValueError(f"{path}: not a curvematch matrix ({type(error).__name__})") from error
+        raise ValueError(f"{path}: not a curvematch matrix ({short(error)})") from error
     if "curvematch_matrix" not in attributes:
         raise ValueError(f"{path}: not a curvematch matrix")
     if attributes["curvematch_matrix"] != MATRIX_FORMAT:
@@ -205,13 +156,9 @@ def matrix_attributes(path: Path) -> dict[str, Any]:
             f"{path}: the matrix has format {attributes['curvematch_matrix']}, but this version reads format "
             f"{MATRIX_FORMAT}: compute it again"
         )
-    missing = _KINDS.keys() - attributes.keys()
-    if missing:
-        raise ValueError(f"{path}: an incomplete curvematch matrix: it lacks {', '.join(sorted(missing))}")
     for name, kind in _KINDS.items():
-        value = attributes[name]
-        texts = value if kind is list else []
-        if not isinstance(value, kind) or not all(isinstance(each, str) for each in texts):
+        value: Any = attributes.get(name)
+        if not isinstance(value, kind) or (kind is list and not all(isinstance(each, str) for each in value)):
             raise ValueError(f"{path}: the matrix is damaged: its {name} are something else")
     return attributes
 
@@ -224,3 +171,22 @@ def chunks(path: Path) -> dict[tuple[int, int], float]:
             with suppress(FileNotFoundError):  # Being filled, or mended.
                 found[int(chunk.parent.parent.name), int(chunk.name)] = chunk.stat().st_mtime
     return found
+
+
+def _values(path: Path, count: int) -> np.ndarray:
+    """The finished matrix of so many objects; raises whatever when it is damaged."""
+    import zarr
+
+    array: Any = zarr.open_group(path, mode="r")["dissimilarity"]
+    # Before anything is read: a few bytes can claim to be any number of values.
+    if tuple(array.shape) != (count, count) or np.dtype(array.dtype).kind != "f":
+        raise ValueError(f"{count} names, values of shape {tuple(array.shape)} and type {array.dtype}")
+    if not 0 < math.prod(array.chunks) <= _LARGEST_CHUNK:
+        raise ValueError(f"its chunks have {array.chunks} values")
+    lacking = array.nchunks - array.nchunks_initialized
+    if lacking:
+        raise ValueError(f"it lacks {lacking} of {array.nchunks} chunks")
+    values = np.asarray(array)
+    if not np.isfinite(values).all():
+        raise ValueError("it holds values that are not finite")
+    return values

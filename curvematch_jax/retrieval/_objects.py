@@ -1,10 +1,10 @@
-"""What is kept in memory of every object of a collection, besides its parts."""
+"""What is known of the objects of a collection besides their level curves."""
 
 from __future__ import annotations
 
 from collections import defaultdict, deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,77 +18,64 @@ from ._settings import require_same_extraction
 Descriptors = Mapping[str, np.ndarray]
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Objects:
-    """M objects: what they go by, what tells them apart, and their descriptors.
+    """M objects of P parts in all: what they go by, what tells them apart, and their descriptors.
 
     Attributes:
-        extraction: the settings of all; None while there is no object.
-        areas: (P,) shares of the surface, of each.
-        vectors: descriptors of each, by name; empty for one that was not described.
+        extraction: the settings of all.
+        areas: (P,) shares of the surface, object by object.
+        counts: (M,) parts of each.
     """
 
-    extraction: Extraction | None = None
-    names: list[str] = field(default_factory=list)
-    fingerprints: list[str] = field(default_factory=list)
-    areas: list[np.ndarray] = field(default_factory=list)
-    vectors: dict[str, list[np.ndarray]] = field(default_factory=dict)
+    extraction: Extraction
+    names: tuple[str, ...]
+    fingerprints: tuple[str, ...]
+    areas: np.ndarray
+    counts: np.ndarray
+    descriptors: Descriptors
 
     @classmethod
     def of(cls, parts: Iterable[Parts], matching: Matching) -> Objects:
         """One pass over the objects.
 
         Raises:
-            ValueError: when there are none, or they were made with different settings.
+            ValueError: when there are none, they were extracted with different settings, or have descriptors of
+                different lengths.
         """
-        found = cls()
-        for _ in found.taking(parts, matching):
-            pass
-        if found.extraction is None:
+        return cls.joined([_one(each, matching) for each in parts])
+
+    @classmethod
+    def joined(cls, several: Sequence[Objects]) -> Objects:
+        """The objects of several collections; raises as `of`."""
+        if not several:
             raise ValueError("the collection is empty: at least one object is needed")
-        return found
-
-    def taking(self, parts: Iterable[Parts], matching: Matching) -> Iterator[Parts]:
-        """The objects one by one, each taken into account before it is handed on."""
-        first = None
-        for each in parts:
-            first = first or each
-            require_same_extraction([first, each])
-            self.extraction = first.settings
-            self.names.append(each.name)
-            self.fingerprints.append(fingerprint(each))
-            self.areas.append(each.areas)
-            for witness in matching.witnesses:
-                self.vectors.setdefault(witness.name, []).append(getattr(each, witness.name))
-            yield each
-
-    def ordered(self, order: Sequence[int]) -> Objects:
-        """The objects in another order."""
-        return Objects(
-            self.extraction,
-            [self.names[k] for k in order],
-            [self.fingerprints[k] for k in order],
-            [self.areas[k] for k in order],
-            {name: [rows[k] for k in order] for name, rows in self.vectors.items()},
+        require_same_extraction([(each.names[0], each.extraction) for each in several])
+        return cls(
+            several[0].extraction,
+            tuple(name for each in several for name in each.names),
+            tuple(key for each in several for key in each.fingerprints),
+            np.concatenate([each.areas for each in several]),
+            np.concatenate([each.counts for each in several]),
+            {name: _table(name, [each.descriptors[name] for each in several]) for name in several[0].descriptors},
         )
 
-    @property
-    def counts(self) -> np.ndarray:
-        """(M,) parts of each."""
-        return np.array([len(areas) for areas in self.areas], np.int64)
-
-    @property
-    def descriptors(self) -> Descriptors:
-        """Tables of the vectors.
-
-        Raises:
-            ValueError: when those of one name have different lengths.
-        """
-        return {name: _table(name, rows) for name, rows in self.vectors.items()}
+    def taken(self, objects: Sequence[int]) -> Objects:
+        """Some of the objects, in the order in which they are given."""
+        chosen, ends = np.array(objects, np.int64), np.cumsum(self.counts)
+        areas = [self.areas[end - count : end] for end, count in zip(ends[chosen], self.counts[chosen], strict=True)]
+        return Objects(
+            self.extraction,
+            tuple(self.names[k] for k in chosen),
+            tuple(self.fingerprints[k] for k in chosen),
+            np.concatenate([self.areas[:0], *areas]),
+            self.counts[chosen],
+            {name: table[chosen] for name, table in self.descriptors.items()},
+        )
 
 
 def places(
-    path: Path, names: Sequence[str], fingerprints: Sequence[str], objects: Objects
+    path: Path | None, names: Sequence[str], fingerprints: Sequence[str], objects: Objects
 ) -> tuple[list[int], list[int]]:
     """Where each object is among those at a path, or will be once the new ones have been added; and which are new.
 
@@ -118,11 +105,18 @@ def own(fingerprints: Sequence[str], others: Sequence[str]) -> np.ndarray:
     return np.array(fingerprints)[:, None] == np.array(others)
 
 
-def _table(name: str, rows: Sequence[np.ndarray]) -> np.ndarray:
-    lengths = {len(row) for row in rows} - {0}
+def _one(parts: Parts, matching: Matching) -> Objects:
+    described = {witness.name: getattr(parts, witness.name)[None] for witness in matching.witnesses}
+    counts = np.array([len(parts.areas)], np.int64)
+    return Objects(parts.settings, (parts.name,), (fingerprint(parts),), parts.areas, counts, described)
+
+
+def _table(name: str, tables: Sequence[np.ndarray]) -> np.ndarray:
+    """The rows of all tables in one; a table without columns is of objects that were not described."""
+    lengths = {table.shape[1] for table in tables} - {0}
     if len(lengths) > 1:
         raise ValueError(f"the {name} of the objects have {sorted(lengths)} numbers: extract them again")
-    table = np.full((len(rows), max(lengths, default=0)), np.nan, np.float32)
-    for place, row in zip(table, rows, strict=True):
-        place[:] = row if len(row) else np.nan
-    return table
+    width = max(lengths, default=0)
+    return np.concatenate(
+        [table if table.shape[1] else np.full((len(table), width), np.nan, np.float32) for table in tables]
+    )

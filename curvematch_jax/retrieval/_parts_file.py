@@ -21,13 +21,24 @@ from typing import Any
 import numpy as np
 
 from ..surface import Extraction, Parts
-from ._files import replacing
+from ._files import replacing, short
 from ._settings import require_same_extraction
 
 # Also to be raised when extraction gives other parts from the same mesh: the key of a source depends on it.
-PARTS_FORMAT = 5
+PARTS_FORMAT = 6
 
-_ARRAYS = ("curves", "mask", "lengths", "fronts", "centres", "areas", "points", "between", "spectrum", "views")
+_ARRAYS = (
+    "curves",
+    "mask",
+    "lengths",
+    "level_set_lengths",
+    "centres",
+    "areas",
+    "points",
+    "feature_distances",
+    "spectrum",
+    "views",
+)
 # The kinds of dtype (`numpy.dtype.kind`) of all fields.
 _KINDS = {name: "b" if name == "mask" else "f" for name in _ARRAYS}
 _KINDS |= {"format": "i", "name": "U", "area": "f", "diameter": "f", "settings": "U", "notes": "U"}
@@ -72,9 +83,7 @@ def load_parts(path: str | os.PathLike[str]) -> Parts:
     except FileNotFoundError:
         raise
     except Exception as error:  # zipfile and numpy raise what they like, tokenize.TokenError too
-        raise ValueError(
-            f"{path}: not a parts file, or a damaged one ({type(error).__name__}: {_short(error)})"
-        ) from error
+        raise ValueError(f"{path}: not a parts file, or a damaged one ({short(error)})") from error
     if "format" not in fields or fields["format"].size != 1:
         raise ValueError(f"{path}: not a parts file: it has no format number")
     if int(fields["format"]) != PARTS_FORMAT:
@@ -90,7 +99,7 @@ def load_parts(path: str | os.PathLike[str]) -> Parts:
     try:
         return _parts_from(fields)
     except (TypeError, ValueError, RecursionError, SystemError) as error:
-        raise ValueError(f"{path}: not a sound parts file: {_short(error)}") from error
+        raise ValueError(f"{path}: not a sound parts file: {short(error)}") from error
 
 
 def load_collection(paths: Iterable[str | os.PathLike[str]]) -> list[Parts]:
@@ -100,7 +109,7 @@ def load_collection(paths: Iterable[str | os.PathLike[str]]) -> list[Parts]:
         ValueError: as `load_parts`, and when two files were made with different settings, naming the setting.
     """
     collection = [load_parts(path) for path in paths]
-    require_same_extraction(collection)
+    require_same_extraction([(parts.name, parts.settings) for parts in collection])
     return collection
 
 
@@ -254,11 +263,6 @@ def _parts_from(fields: Mapping[str, np.ndarray]) -> Parts:
     )
 
 
-def _short(error: Exception) -> str:
-    """An error's message, which may quote any length of what the file holds."""
-    return " ".join(str(error).split())[:160]
-
-
 def _text(fields: Mapping[str, np.ndarray], name: str) -> str:
     if fields[name].shape:
         raise ValueError(f"{name} has shape {fields[name].shape}, and one text was expected")
@@ -277,11 +281,11 @@ def _check_arrays(fields: Mapping[str, np.ndarray], settings: Extraction) -> Non
         "curves": (count, levels, 3, settings.samples),
         "mask": (count, levels),
         "lengths": (count, levels),
-        "fronts": (count, levels),
+        "level_set_lengths": (count, levels),
         "centres": (count, levels, 3),
         "areas": (count,),
         "points": (count, 3),
-        "between": (count, count),
+        "feature_distances": (count, count),
         "spectrum": (fields["spectrum"].size,),
         "views": (fields["views"].size,),
         "area": (),
@@ -292,7 +296,7 @@ def _check_arrays(fields: Mapping[str, np.ndarray], settings: Extraction) -> Non
             raise ValueError(f"{name} has shape {fields[name].shape}, and {shape} was expected")
         if not np.isfinite(fields[name]).all():
             raise ValueError(f"{name} holds values that are not finite")
-    for name in ("lengths", "fronts", "areas", "between"):
+    for name in ("lengths", "level_set_lengths", "areas", "feature_distances"):
         if (fields[name] < 0).any():
             raise ValueError(f"{name} holds negative values")
     for name in ("area", "diameter"):

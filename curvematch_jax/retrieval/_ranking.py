@@ -150,7 +150,9 @@ def rank(
     ready = collection if isinstance(collection, Collection) else Collection.of(collection, matching)
     asked = Collection.gathered([query], matching)
     ready.require(asked, matching)
-    listed = ~own(ready.fingerprints, asked.fingerprints)[:, 0] if exclude_self else np.ones(len(ready.names), bool)
+    listed = np.ones(len(ready.names), bool)
+    if exclude_self:
+        listed = ~own(ready.objects.fingerprints, asked.objects.fingerprints)[:, 0]
     score, judged = _judge(asked, ready, query.areas, matching)
     stacked = time.perf_counter()
     search = Search.begin(asked, ready, matching)
@@ -212,7 +214,7 @@ def _judge(
     assert cohort is not None
     assert moments is not None
     own_moments = cohort.moments(asked.distances_to(ready.members))
-    witnesses = witness_distances(asked.descriptors, ready.descriptors, matching)
+    witnesses = witness_distances(asked.objects.descriptors, ready.objects.descriptors, matching)
     known = present if len(areas) else np.zeros_like(present)
 
     def said(search: Search) -> np.ndarray:
@@ -245,7 +247,7 @@ def mutual(cohort: Cohort, evidence: np.ndarray, present: np.ndarray) -> np.ndar
     return np.where(present, np.minimum(cohort.dissimilarity(evidence), np.nextafter(1.0, 0.0)), 1.0)
 
 
-def between(collection: Collection, objects: np.ndarray) -> np.ndarray:
+def mutual_among(collection: Collection, objects: np.ndarray) -> np.ndarray:
     """Dissimilarities (K, K) of some objects of a collection with a cohort, (K,) indices, ascending."""
     some, cohort, moments = collection.taken(objects), collection.cohort, collection.moments
     assert cohort is not None

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from ._collection import Collection
-from ._ranking import Ranking, between
+from ._ranking import Ranking, mutual_among
 
 # Objects of a ranking that are put in another order.
 RERANKED = 50
@@ -78,7 +78,7 @@ def reranked(collection: Collection, ranking: Ranking, k: int = 6) -> Ranking:
         raise ValueError('re-ranking needs symmetric dissimilarities: a matching with fusion = "cohort"')
     first = np.sort(ranking.order[:RERANKED])
     matrix = np.zeros((len(first) + 1, len(first) + 1))
-    matrix[1:, 1:] = between(collection, first)
+    matrix[1:, 1:] = mutual_among(collection, first)
     matrix[0, 1:] = matrix[1:, 0] = ranking.dissimilarity[first]
     order = first[np.argsort(rerank(matrix, k)[0, 1:], kind="stable")]
     return dataclasses.replace(ranking, order=np.concatenate([order, ranking.order[RERANKED:]]))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import functools as ft
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -25,68 +28,72 @@ def row_maker(
         read: the distances, 0 of an object's parts to itself.
         members: of the cohort.
     """
-    if matching.mutual:
-        return _Mutual(read, objects, grid, members, matching).rows
-    return _OneWay(read, objects, grid, matching).rows
+    cells = _Cells(read, objects, grid, matching)
+    return _mutual(cells, members) if matching.mutual else ft.partial(_one_way, cells)
 
 
-class _OneWay:
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """Distances of parts to objects, and what they belong to."""
+
+    read: Read
+    objects: Objects
+    grid: Grid
+    matching: Matching
+
+    def of(self, rows: range, columns: range) -> np.ndarray:
+        """Distances (P, M2) of the P parts of a run of objects to another run."""
+        cells = self.read(rows, columns)
+        return cells[np.arange(cells.shape[1]) < self.objects.counts[rows, None]]
+
+    def areas(self, rows: range) -> tuple[np.ndarray, np.ndarray]:
+        """Of the P parts of a run of objects, (P,), and where among them each object's begin, (B + 1,)."""
+        starts = np.concatenate([[0], np.cumsum(self.objects.counts)])[rows.start : rows.stop + 1]
+        return self.objects.areas[starts[0] : starts[-1]], starts - starts[0]
+
+    def forward(self, rows: range) -> np.ndarray:
+        """Mean distances (S, B, M) of a run of objects to all, of every source."""
+        parts = np.concatenate([self.means(rows, each) for each in self.grid.ranges], axis=1)
+        some = {name: table[rows] for name, table in self.objects.descriptors.items()}
+        return np.stack([parts, *witness_distances(some, self.objects.descriptors, self.matching)])
+
+    def means(self, rows: range, columns: range) -> np.ndarray:
+        """Mean distances (B, M2) of the parts of a run of objects to another run."""
+        found = object_distances(self.of(rows, columns), *self.areas(rows), self.matching)
+        found[:, self.objects.counts[columns] == 0] = np.nan
+        return found
+
+
+def _one_way(cells: _Cells, rows: range) -> np.ndarray:
     """Row i is what object i's parts say of the others."""
-
-    def __init__(self, read: Read, objects: Objects, grid: Grid, matching: Matching) -> None:
-        self._read, self._objects, self._grid, self._matching = read, objects, grid, matching
-        self._counts = objects.counts
-
-    def rows(self, rows: range) -> np.ndarray:
-        most = max(int(self._counts[rows.start : rows.stop].max()), 1)
-        # Copies, as a view of a few parts would hold the memory of all that there is room for.
-        cells = np.concatenate([self._read(rows, each)[:, :most].copy() for each in self._grid.ranges], axis=2)
-        return np.stack([self._row(cells[k, : self._counts[i]], i) for k, i in enumerate(rows)])
-
-    def _row(self, distances: np.ndarray, i: int) -> np.ndarray:
-        present = self._counts > 0
-        row, others = np.zeros(len(present)), np.arange(len(present)) != i
+    known = np.concatenate([cells.of(rows, each) for each in cells.grid.ranges], axis=1).astype(np.float64)
+    areas, starts = cells.areas(rows)
+    present = cells.objects.counts > 0
+    found = np.zeros((len(rows), len(present)))
+    for row, i, (start, end) in zip(found, rows, pairwise(starts.tolist()), strict=True):
+        others = np.arange(len(present)) != i
         if others.any():
-            areas, known = self._objects.areas[i], distances[:, others].astype(np.float64)
-            row[others] = fuse(known, areas, present[others], self._matching).dissimilarity
-        return row
+            fused = fuse(known[start:end, others], areas[start:end], present[others], cells.matching)
+            row[others] = fused.dissimilarity
+    return found
 
 
-class _Mutual:
+def _mutual(cells: _Cells, members: Sequence[int]) -> Callable[[range], np.ndarray]:
     """Entry i, j is what both objects say of each other, in the eyes of a cohort."""
+    keys, counts, ranges = cells.objects.fingerprints, cells.objects.counts, cells.grid.ranges
+    picked = np.asarray(members)
+    to_members = np.concatenate([cells.forward(rows)[:, :, picked] for rows in ranges], axis=1)
+    to_members = np.where(own(keys, [keys[k] for k in members]), np.nan, to_members)
+    cohort = Cohort.of(picked, to_members[:, picked], cells.matching)
+    moments = cohort.moments(to_members)
 
-    def __init__(self, read: Read, objects: Objects, grid: Grid, members: Sequence[int], matching: Matching) -> None:
-        self._read, self._objects, self._grid, self._matching = read, objects, grid, matching
-        self._counts, self._descriptors = objects.counts, objects.descriptors
-        picked = np.asarray(members)
-        to_members = np.concatenate([self._forward(rows)[:, :, picked] for rows in grid.ranges], axis=1)
-        twins = own(objects.fingerprints, [objects.fingerprints[k] for k in members])
-        to_members = np.where(twins, np.nan, to_members)
-        self._cohort = Cohort.of(picked, to_members[:, picked], matching)
-        self._moments = self._cohort.moments(to_members)
-
-    def rows(self, rows: range) -> np.ndarray:
-        forward, run = self._forward(rows), slice(rows.start, rows.stop)
-        back = np.concatenate([self._means(each, rows) for each in self._grid.ranges])
+    def rows_of(rows: range) -> np.ndarray:
+        forward, back = cells.forward(rows), np.concatenate([cells.means(each, rows) for each in ranges])
         backward = np.stack([back, *(values.T for values in forward[1:])])
-        there = self._cohort.evidence(forward, self._moments[:, run]).sum(axis=0)
-        here = self._cohort.evidence(backward, self._moments).sum(axis=0).T
-        present = (self._counts[run, None] > 0) & (self._counts > 0)
-        found = mutual(self._cohort, there + here, present)
+        there = cohort.evidence(forward, moments[:, rows]).sum(axis=0)
+        here = cohort.evidence(backward, moments).sum(axis=0).T
+        found = mutual(cohort, there + here, (counts[rows, None] > 0) & (counts > 0))
         found[np.arange(len(rows)), rows] = 0.0
         return found
 
-    def _forward(self, rows: range) -> np.ndarray:
-        """Distances (S, B, M) of a run of objects to all, of every source."""
-        parts = np.concatenate([self._means(rows, each) for each in self._grid.ranges], axis=1)
-        some = {name: table[rows.start : rows.stop] for name, table in self._descriptors.items()}
-        return np.stack([parts, *witness_distances(some, self._descriptors, self._matching)])
-
-    def _means(self, rows: range, columns: range) -> np.ndarray:
-        """Mean distances (B, M2) of the parts of a run of objects to another run."""
-        counts = self._counts[rows.start : rows.stop]
-        cells, areas = self._read(rows, columns), self._objects.areas[rows.start : rows.stop]
-        parts = np.concatenate([cells[k, :count] for k, count in enumerate(counts.tolist())])
-        found = object_distances(parts, np.concatenate(areas), np.cumsum([0, *counts.tolist()]), self._matching)
-        found[:, self._counts[columns.start : columns.stop] == 0] = np.nan
-        return found
+    return rows_of

@@ -75,8 +75,8 @@ class Search:
     @property
     def here(self) -> np.ndarray:
         """(M,) mean distance of an object's parts to the query; NaN for an object without."""
-        collection = self.collection
-        return object_distances(self.behind[:, None], collection.areas, collection.stack.starts, self.matching)[:, 0]
+        areas, starts = self.collection.objects.areas, self.collection.stack.starts
+        return object_distances(self.behind[:, None], areas, starts, self.matching)[:, 0]
 
     def settle(self, objects: np.ndarray) -> None:
         """Compute, in each of the objects, the candidates that may be nearest: the least ones not known yet."""

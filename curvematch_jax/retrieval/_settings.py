@@ -1,52 +1,53 @@
-"""Settings as plain values, and the first one in which two results differ."""
+"""Settings as plain values, and the one place where they are compared."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
-from ..surface import Extraction, Parts
+from ..surface import Extraction
 from ._matching import Matching
 
 
-class Difference(NamedTuple):
-    """A setting of two values."""
-
-    name: str
-    one: Any
-    other: Any
-
-
-def run_settings(extraction: Extraction, matching: Matching) -> dict[str, object]:
+def run_settings(extraction: Extraction, matching: Matching) -> dict[str, Any]:
     """Everything that a result depends on."""
     return {"extraction": dataclasses.asdict(extraction), "matching": dataclasses.asdict(matching)}
 
 
-def first_difference(one: object, other: object) -> Difference | None:
-    """The first setting in which two differ, each a settings object or what JSON has kept of one."""
+def first_difference(one: object, other: object) -> tuple[str, Any, Any] | None:
+    """The first setting in which two differ, and its values; each is a settings object or what JSON has kept of one."""
     left, right = _plain(one), _plain(other)
-    for name in {**left, **right}:
-        if left.get(name) != right.get(name):
-            return Difference(name, left.get(name), right.get(name))
-    return None
+    names = (name for name in {**left, **right} if left.get(name) != right.get(name))
+    return next(((name, left.get(name), right.get(name)) for name in names), None)
 
 
-def require_same_extraction(collection: Sequence[Parts]) -> None:
-    """Refuse parts that can't be compared.
+def require_same(one: object, other: object, what: tuple[str, str], remedy: str) -> None:
+    """Refuse what differs in a setting.
+
+    Args:
+        one, other: as in `first_difference`.
+        what: of each the words before "with", in one sentence that ends with the remedy.
+
+    Raises:
+        ValueError: naming the first setting that differs, and both its values.
+    """
+    if different := first_difference(one, other):
+        name, first, second = different
+        raise ValueError(f"{what[0]} with {name} = {first!r}, {what[1]} with {name} = {second!r}: {remedy}")
+
+
+def require_same_extraction(extracted: Sequence[tuple[str, Extraction]]) -> None:
+    """Refuse parts that can't be compared, given the settings of each object with its name.
 
     Raises:
         ValueError: when two were extracted with different settings, naming the first setting that differs.
     """
-    for parts in collection[1:]:
-        different = first_difference(collection[0].settings, parts.settings)
-        if different:
-            raise ValueError(
-                f"parts of {parts.name or 'an object'} were extracted with {different.name} = {different.other!r}, "
-                f"those of {collection[0].name or 'the first'} with {different.name} = {different.one!r}: extract both "
-                "with the same settings"
-            )
+    for name, settings in extracted[1:]:
+        first, expected = extracted[0]
+        what = (f"parts of {name or 'an object'} were extracted", f"those of {first or 'the first'}")
+        require_same(settings, expected, what, "extract both with the same settings")
 
 
 def _plain(settings: Any) -> Mapping[str, Any]:

@@ -12,8 +12,8 @@ from ..surface import Parts
 from ._matching import Unit
 from ._settings import require_same_extraction
 
-# In units of area or diameter: fronts that are shorter are as short as can be, so that ratios of them stay bounded.
-_SHORTEST_FRONT = 0.02
+# In units of area or diameter: level sets that are shorter are as short as can be, so that ratios of them stay bounded.
+_SHORTEST = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Stack:
         curves: (C, 3, n) the curves that count, or tables of them.
         rows: (P, L) where in `curves` a part's level is, -1 where it is masked or beyond a gap.
         log_lengths: (P, L) in the unit that was asked for; 0 where there is no row.
-        log_fronts: (P, L)
+        log_level_sets: (P, L)
         log_units: (P,) `log_lengths` less this are those in sizes of the surface; 0 for lengths in the mesh's unit,
             which are to be compared as they are.
         starts: (M + 1,) object j has the parts `starts[j]` to `starts[j + 1]`.
@@ -33,7 +33,7 @@ class Stack:
     curves: np.ndarray | Tables
     rows: np.ndarray
     log_lengths: np.ndarray
-    log_fronts: np.ndarray
+    log_level_sets: np.ndarray
     log_units: np.ndarray
     starts: np.ndarray
 
@@ -57,7 +57,7 @@ class Stack:
             curves=self.curves[rows[there]],
             rows=renumbered,
             log_lengths=self.log_lengths[parts],
-            log_fronts=self.log_fronts[parts],
+            log_level_sets=self.log_level_sets[parts],
             log_units=self.log_units[parts],
             starts=starts,
         )
@@ -77,19 +77,19 @@ def stack(collection: Sequence[Parts], unit: Unit = "area") -> Stack:
     """
     if not collection:
         raise ValueError("the collection is empty: at least one object is needed")
-    require_same_extraction(collection)
+    require_same_extraction([(parts.name, parts.settings) for parts in collection])
     mask = unbroken(np.concatenate([parts.mask for parts in collection]))
     rows = np.full(mask.shape, -1)
     rows[mask] = np.arange(mask.sum())
     units = np.concatenate([np.full(len(parts.areas), _unit(parts, unit)) for parts in collection])[:, None]
     sizes = np.concatenate([np.full(len(parts.areas), parts.size / parts.diameter) for parts in collection])
     lengths = np.concatenate([parts.lengths for parts in collection]) * units
-    fronts = np.concatenate([parts.fronts for parts in collection]) * units
+    level_sets = np.concatenate([parts.level_set_lengths for parts in collection]) * units
     return Stack(
         curves=np.concatenate([parts.curves for parts in collection])[mask],
         rows=rows,
         log_lengths=np.log(np.where(mask, lengths, 1.0)).astype(np.float32),
-        log_fronts=np.log(fronts + _SHORTEST_FRONT).astype(np.float32),
+        log_level_sets=np.log(level_sets + _SHORTEST).astype(np.float32),
         log_units=np.log(units[:, 0] * sizes).astype(np.float32) * (unit != "mesh"),
         starts=np.cumsum([0, *(len(parts.areas) for parts in collection)]),
     )
@@ -105,7 +105,7 @@ def joined(stacks: Sequence[Stack]) -> Stack:
         curves=Tables.joined(tables) if tables else np.concatenate(arrays),
         rows=np.concatenate(rows),
         log_lengths=np.concatenate([one.log_lengths for one in stacks]),
-        log_fronts=np.concatenate([one.log_fronts for one in stacks]),
+        log_level_sets=np.concatenate([one.log_level_sets for one in stacks]),
         log_units=np.concatenate([one.log_units for one in stacks]),
         starts=np.cumsum([0, *np.concatenate([np.diff(one.starts) for one in stacks]).tolist()]),
     )
@@ -119,7 +119,7 @@ def _unit(parts: Parts, unit: Unit) -> float:
 def unbroken(mask: np.ndarray) -> np.ndarray:
     """The first run of levels of each part, (P, L) bool.
 
-    Beyond a gap the front has split and met again: all fingers of a hand go on as the same arm there, which says
+    Beyond a gap the level set has split and met again: all fingers of a hand go on as the same arm there, which says
     nothing about a finger. On both development collections parts are told apart better without those levels.
     """
     ended = np.logical_or.accumulate(mask, axis=1) & ~mask

@@ -23,7 +23,7 @@ from ._stack import stack
 
 # `limit` goes with the scale of these distances, so that they are not the default of rankings: with near-isometry
 # weighing 12, as there, recall on SHREC'07 falls from .78 to .45 at the same limit.
-SELF = Matching(length_weight=0.25, front_weight=0.25, isometry_weight=6.0, isometry_limit=0.12, decay=0.0)
+SELF = Matching(length_weight=0.25, level_set_weight=0.25, isometry_weight=6.0, isometry_limit=0.12, decay=0.0)
 # Radians for one diameter by which distances between feature points change.
 _DISTORTION_WEIGHT = 10.0
 # In `limit`s, the cost of a part that stays in its place, and of one without an image. An exchange that costs less than
@@ -54,21 +54,21 @@ class Problem:
 
     Attributes:
         distances: (P, P) of the parts, symmetric, in radians, inf where they are too unlike; `stay` on the diagonal.
-        between: (P, P) distances of the feature points, symmetric, in diameters.
+        feature_distances: (P, P) distances of the feature points, symmetric, in diameters.
         stay: the cost of a part that stays in its place, and so the energy of the identity.
         unmatched: the cost of a part without an image, and the most that any costs.
         margin: how much higher than the least energy that of a symmetry may be.
     """
 
     distances: np.ndarray
-    between: np.ndarray
+    feature_distances: np.ndarray
     stay: float
     unmatched: float
     margin: float
 
     def costs(self, image: np.ndarray, matched: np.ndarray) -> np.ndarray:
         """(P, P) cost of sending part k to part l while the matched parts go to their images."""
-        change = np.abs(self.between[:, None, :] - self.between[:, image][None]) @ matched
+        change = np.abs(self.feature_distances[:, None, :] - self.feature_distances[:, image][None]) @ matched
         costs = self.distances + _DISTORTION_WEIGHT * change / max(int(matched.sum()) - 1, 1)
         np.fill_diagonal(costs, np.minimum(np.diag(costs), self.unmatched))
         return (costs + costs.T) / 2
@@ -76,7 +76,7 @@ class Problem:
     def settled(self, image: np.ndarray) -> Symmetry:
         """The symmetry without the parts that fit worst: they leave one by one, each with its image."""
         matched = np.ones(len(image), bool)
-        change = np.abs(self.between - self.between[np.ix_(image, image)])
+        change = np.abs(self.feature_distances - self.feature_distances[np.ix_(image, image)])
         alike = self.distances[np.arange(len(image)), image]
         while True:
             costs = alike + _DISTORTION_WEIGHT * (change @ matched) / max(int(matched.sum()) - 1, 1)
@@ -92,7 +92,7 @@ def symmetric_parts(parts: Parts, matching: Matching = SELF, limit: float = 1.3)
 
     A symmetry is an involution s of the P parts. With `d(i, j)` the distance of two parts (equation D), or of one and
     the mirror image of the other when that is less, `d(i, i) = 1.5 limit`, and `b` the distances between feature
-    points (`Parts.between`), its energy is
+    points (`Parts.feature_distances`), its energy is
 
         E(s) = 1/P sum_i min(d(i, s(i)) + 10 mean_j abs(b(i, j) - b(s(i), s(j))), 1.8 limit)
 
@@ -128,7 +128,7 @@ def symmetric_parts(parts: Parts, matching: Matching = SELF, limit: float = 1.3)
     distances[distances > limit] = np.inf
     np.fill_diagonal(distances, _STAY * limit)
     stay, unmatched, margin = (share * limit for share in (_STAY, _UNMATCHED, _MARGIN))
-    problem = Problem(distances, parts.between.astype(np.float64), stay, unmatched, margin)
+    problem = Problem(distances, parts.feature_distances.astype(np.float64), stay, unmatched, margin)
     return _orbits(count, _search(problem))
 
 
@@ -156,7 +156,7 @@ def mirrored(parts: Parts) -> Parts:
 
 def _search(problem: Problem) -> list[Symmetry]:
     """The symmetries that count."""
-    rows, columns = np.triu_indices(len(problem.between), 1)
+    rows, columns = np.triu_indices(len(problem.feature_distances), 1)
     distances = problem.distances[rows, columns]
     nearest = np.argsort(distances, kind="stable")[: min(_SEEDS, int(np.isfinite(distances).sum()))]
     found = [_grown(problem, int(rows[k]), int(columns[k])) for k in nearest]
@@ -168,7 +168,7 @@ def _search(problem: Problem) -> list[Symmetry]:
 
 def _grown(problem: Problem, i: int, j: int) -> Symmetry:
     """The best symmetry met that exchanges parts i and j: all others are assigned, first by what i and j tell."""
-    image = np.arange(len(problem.between))
+    image = np.arange(len(problem.feature_distances))
     image[[i, j]] = j, i
     matched = np.zeros(len(image), bool)
     matched[[i, j]] = True

@@ -218,6 +218,8 @@ def _select(work: _Work) -> bool:
     """Keep the largest component; when it is open, the other open patches with it. True when patches must be joined."""
     number, label = face_components(work.faces)
     area = np.bincount(label, weights=face_areas(work.vertices, work.faces), minlength=number)
+    if not area.any():
+        raise MeshError(f"{work.name}: all its vertices lie on one line; it has no surface")
     on_border = work.edges.count[work.edges.of_halfedge] == 1
     is_open = np.bincount(np.tile(label, 3)[on_border], minlength=number) > 0
     largest = int(np.argmax(area))
@@ -280,7 +282,7 @@ def _face_outwards(work: _Work) -> None:
 
 def _refuse_needles(work: _Work, target: int, join: bool = False) -> None:
     """Where long edges, or bridges to join patches, enclose next to no area, millions of triangles would be made."""
-    length = float(edge_lengths(work.vertices, work.edges).sum())
+    length = float(edge_lengths(work.vertices, work.faces, work.edges).sum())
     if join:
         length += face_components(work.faces)[0] * float(np.ptp(work.vertices, axis=0).max())
     wanted = even_edge(work.vertices, work.faces, target)
@@ -291,7 +293,7 @@ def _refuse_needles(work: _Work, target: int, join: bool = False) -> None:
 def _refine(work: _Work, target: int) -> None:
     """Halve long edges; on a surface that is mostly needles only those that are longer still."""
     longest = _LONGEST * even_edge(work.vertices, work.faces, target)
-    if edge_lengths(work.vertices, work.edges).max() <= INNER * longest:
+    if edge_lengths(work.vertices, work.faces, work.edges).max() <= INNER * longest:
         return
     before = len(work.vertices)
     for factor in _COARSER:

@@ -99,7 +99,7 @@ def local_extrema(ends: np.ndarray, field: np.ndarray) -> np.ndarray:
     return np.sort(first[has_above ^ has_below])
 
 
-def feature_points(mesh: Mesh, distances: Distances, epsilon: float, least: int = 1) -> Features:
+def feature_points(mesh: Mesh, distances: Distances, epsilon: float, min_parts: int = 1) -> Features:
     """Feature points of a closed, connected mesh (Tabia et al., IEEE PAMI 33(4), 2011, section 3).
 
     `f1` and `f2` are the distances from the ends `v1`, `v2` of the diameter, `F1` and `F2` their local extrema. A
@@ -110,13 +110,13 @@ def feature_points(mesh: Mesh, distances: Distances, epsilon: float, least: int 
     `F2`. They are accepted farthest first: the first is the candidate with the largest mean distance to the others,
     each next one the candidate farthest from those accepted, until none is more than `epsilon` away from
     them. Ties go to the lower vertex index. When no vertex qualifies the ends of the diameter are the feature points,
-    and `fallback` is set. While there are fewer than `least`, the vertex farthest from all of them is added: cups,
+    and `fallback` is set. While there are fewer than `min_parts`, the vertex farthest from all of them is added: cups,
     rings and mechanical parts have few tips or none, and one or two points say little about them.
 
     Args:
         distances: the distance fields of `mesh`, geodesic or spectral.
         epsilon: in diameters.
-        least: how many points there are at least.
+        min_parts: how many points there are at least.
     """
     v1, v2, diameter = diameter_pair(mesh, distances)
     first = local_extrema(mesh.edges.ends, distances(v1))
@@ -128,7 +128,7 @@ def feature_points(mesh: Mesh, distances: Distances, epsilon: float, least: int 
         found = candidates[_farthest_first(between, reach)].tolist()
     else:
         found = [v1, v2]
-    vertices = _made_up(distances, found, least)
+    vertices = _made_up(distances, found, min_parts)
     return Features(np.array(vertices), diameter, (v1, v2), not len(candidates), len(vertices) - len(found))
 
 
@@ -154,10 +154,10 @@ def _farthest_first(between: np.ndarray, reach: float) -> list[int]:
     return accepted
 
 
-def _made_up(distances: Distances, vertices: list[int], least: int) -> list[int]:
-    """The vertices, and while they are fewer than `least` the one farthest from them all."""
+def _made_up(distances: Distances, vertices: list[int], count: int) -> list[int]:
+    """The vertices, and while they are fewer than `min_parts` the one farthest from them all."""
     vertices = list(vertices)
-    while len(vertices) < least:
+    while len(vertices) < count:
         nearest = np.minimum.reduce([distances(v) for v in vertices])
         vertices.append(int(np.argmax(nearest)))
     return vertices

@@ -36,7 +36,7 @@ class LevelSets:
         level: `(k,)` of each curve the index of its value.
         lengths: `(k,)` of each curve.
         closed: `(k,)` bool, False for a curve that begins and ends on the boundary of the surface.
-        fronts: `(L,)` length of all curves of each value together.
+        level_set_lengths: `(L,)` length of all curves of each value together.
     """
 
     def __init__(self, mesh: Mesh, function: np.ndarray, values: np.ndarray):
@@ -56,7 +56,7 @@ class LevelSets:
         self.closed[self._curve[self._following < 0]] = False
         self.level = np.zeros(number, dtype=np.int64)
         self.level[self._curve] = self._crossings.level
-        self.fronts = np.bincount(self.level, weights=self.lengths, minlength=len(values))
+        self.level_set_lengths = np.bincount(self.level, weights=self.lengths, minlength=len(values))
 
     def polyline(self, curve: int) -> np.ndarray:
         """Points `(p, 3)` of one closed curve in order, without repeating the first."""
@@ -80,13 +80,13 @@ class LevelSets:
         From one level to the next a curve continues as the curves that bound the same piece of the band in between.
         If there are several, the longest continues alone, provided that it has at least the share `dominance` of
         their length in all. If not, this level has no curve; all of them are followed on, and when one dominates later
-        (between fingers the front splits, and is one again at the wrist) the part goes on with it. It ends where the
-        surface ends, and where a curve is open because it runs into a boundary.
+        (between fingers the level set splits, and is one again at the wrist) the part goes on with it. It ends where
+        the surface ends, and where a curve is open because it runs into a boundary.
 
         Returns:
             One curve for each value, `None` where the part has none.
         """
-        levels = len(self.fronts)
+        levels = len(self.level_set_lengths)
         found: list[int | None] = [None] * levels
         below, above, at_source = self._pieces(source)
         curves: list[list[int]] = [[] for _ in range(levels)]

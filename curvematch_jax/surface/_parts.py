@@ -39,7 +39,7 @@ class Extraction:
             `"biharmonic"` and `"commute_time"`, which a short cut between two pieces of the surface shortens less.
         vertices: edges much longer than those of so many even triangles are halved, and a surface of more than four
             times as many vertices is decimated to twice as many.
-        least: how many parts an object has at least; farthest points make up for feature points that are not there.
+        min_parts: how many parts an object has at least; farthest points make up for feature points that are not there.
         smoothing: before anything is measured, waves on the surface that are shorter than some six times this, in
             square roots of its area, are taken off; 0 leaves it as it is.
     """
@@ -51,7 +51,7 @@ class Extraction:
     field: Field = "geodesic"
     vertices: int = 5000
     spacing: float = 1.5
-    least: int = 4
+    min_parts: int = 4
     smoothing: float = 0.008
 
     def __post_init__(self) -> None:
@@ -66,7 +66,7 @@ class Extraction:
                 f"smoothing must lie between 0 and 0.1, in square roots of the area, found {self.smoothing}"
             )
         check_field(self.field)
-        for name, least in (("levels", 1), ("samples", 8), ("vertices", 100), ("least", 1)):
+        for name, least in (("levels", 1), ("samples", 8), ("vertices", 100), ("min_parts", 1)):
             value = getattr(self, name)
             if not isinstance(value, int) or value < least:
                 raise ValueError(f"{name} must be an integer of at least {least}, found {value!r}")
@@ -87,13 +87,13 @@ class Parts:
             counter-clockwise around the feature point seen against the outward normal; zeros where masked.
         mask: `(P, L)` bool, True where the level curve exists.
         lengths: `(P, L)` float32, curve length over `diameter`; 0 where masked.
-        fronts: `(P, L)` float32, length of all curves of the level set together, whether the part follows them or not,
-            over `diameter`; 0 where the level set is empty.
+        level_set_lengths: `(P, L)` float32, length of all curves of the level set together, whether the part
+            follows them or not, over `diameter`; 0 where the level set is empty.
         centres: `(P, L, 3)` float64, centroid of the curve in mesh units, so that
             `curve * length * diameter + centre` is the curve on the mesh; 0 where masked.
         areas: `(P,)` float32, share of the surface's area within `radius` of the feature point.
         points: `(P, 3)` float64, the feature points in mesh units.
-        between: `(P, P)` float32, distances of the feature points from each other, in diameters of the field.
+        feature_distances: `(P, P)` float32, distances of the feature points from each other, in diameters of the field.
         area: of the surface, in squared mesh units.
         diameter: geodesic diameter in mesh units; with spectral distances 1.5 times the square root of the area.
         settings: how they were made.
@@ -106,11 +106,11 @@ class Parts:
     curves: np.ndarray
     mask: np.ndarray
     lengths: np.ndarray
-    fronts: np.ndarray
+    level_set_lengths: np.ndarray
     centres: np.ndarray
     areas: np.ndarray
     points: np.ndarray
-    between: np.ndarray
+    feature_distances: np.ndarray
     area: float
     diameter: float
     settings: Extraction
@@ -135,12 +135,22 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
     """
     mesh, report = prepared(mesh, extraction)
     distances = distances_on(mesh, extraction.field)
-    features = feature_points(mesh, distances, extraction.epsilon, extraction.least)
+    features = feature_points(mesh, distances, extraction.epsilon, extraction.min_parts)
     if not 0 < features.diameter < np.inf:
         raise MeshError(f"{mesh.name or 'mesh'}: its triangles are too thin for distances along the surface")
     parts = parts_around(mesh, distances, features, extraction, report.messages)
     parts = replace(parts, **described(mesh))
-    for name in ("curves", "lengths", "fronts", "centres", "areas", "points", "between", "spectrum", "views"):
+    for name in (
+        "curves",
+        "lengths",
+        "level_set_lengths",
+        "centres",
+        "areas",
+        "points",
+        "feature_distances",
+        "spectrum",
+        "views",
+    ):
         if not np.isfinite(getattr(parts, name)).all():
             raise MeshError(f"{mesh.name or 'mesh'}: its triangles are too thin: {name} of its parts are not finite")
     return parts
@@ -171,18 +181,18 @@ def parts_around(
     area = mesh.area
     reach = size_of(features.diameter, area) if extraction.field == "geodesic" else features.diameter
     parts = [_part(mesh, distances(v) / reach, v, extraction) for v in features.vertices.tolist()]
-    curves, mask, lengths, fronts, centres, areas = (np.stack(column) for column in zip(*parts, strict=True))
+    curves, mask, lengths, level_sets, centres, areas = (np.stack(column) for column in zip(*parts, strict=True))
     between = np.stack([distances(v)[features.vertices] for v in features.vertices.tolist()]) / features.diameter
     return Parts(
         name=mesh.name,
         curves=curves.astype(np.float32),
         mask=mask,
         lengths=(lengths / unit).astype(np.float32),
-        fronts=(fronts / unit).astype(np.float32),
+        level_set_lengths=(level_sets / unit).astype(np.float32),
         centres=centres,
         areas=areas.astype(np.float32),
         points=mesh.vertices[features.vertices],
-        between=((between + between.T) / 2).astype(np.float32),
+        feature_distances=((between + between.T) / 2).astype(np.float32),
         area=area,
         diameter=unit,
         settings=extraction,
@@ -205,7 +215,7 @@ def _part(mesh: Mesh, relative: np.ndarray, vertex: int, extraction: Extraction)
     polylines = [sets.polyline(curve) for curve in found if curve is not None]
     if polylines:
         curves[mask], lengths[mask], centres[mask] = normalise(polylines, extraction.samples)
-    return curves, mask, lengths, sets.fronts, centres, area_share(mesh, relative, extraction.radius)
+    return curves, mask, lengths, sets.level_set_lengths, centres, area_share(mesh, relative, extraction.radius)
 
 
 def normalise(polylines: Sequence[np.ndarray], samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -17,8 +17,9 @@ def even_edge(vertices: np.ndarray, faces: np.ndarray, count: int) -> float:
     return float(np.sqrt(face_areas(vertices, faces).sum() / count * 2 / np.sqrt(3)))
 
 
-def edge_lengths(vertices: np.ndarray, table: Edges) -> np.ndarray:
+def edge_lengths(vertices: np.ndarray, faces: np.ndarray, table: Edges | None = None) -> np.ndarray:
     """The length of each edge, once."""
+    table = edges(faces) if table is None else table
     x, y, z = (vertices[table.ends[:, 0]] - vertices[table.ends[:, 1]]).T
     return np.sqrt(x * x + y * y + z * z)
 
@@ -34,11 +35,11 @@ def refine(vertices: np.ndarray, faces: np.ndarray, longest: float, most: int) -
         most: how many vertices there may be.
     """
     faces, piece = flip_edges(vertices, faces, flat_pieces(vertices, faces))
-    steps = max(int(np.ceil(np.log2(edge_lengths(vertices, edges(faces)).max() / longest))), 0)
+    steps = max(int(np.ceil(np.log2(edge_lengths(vertices, faces).max() / longest))), 0)
     for wanted in longest * 2.0 ** np.arange(steps, -1, -1):
         while True:
             table = edges(faces)
-            length = edge_lengths(vertices, table)
+            length = edge_lengths(vertices, faces, table)
             long = _between_pieces(faces, piece, table) & (length > wanted)
             if not long.any():
                 long = length > INNER * wanted

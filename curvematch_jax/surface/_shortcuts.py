@@ -8,7 +8,7 @@ from ._refine import edge_lengths
 from ._topology import Edges, neighbour_pairs
 
 # Windows narrower than this are not looked through: ways between lines that are so much apart are 1 % too long at most.
-_NARROWEST = 0.3  # radians
+_NARROWEST = 0.2  # radians
 _SHORTEST = 1e-12  # of the other two edges of a face: shorter ones are unfolded as if they were so long
 _DEPTH = 256  # edges that a straight line crosses at most
 
@@ -26,7 +26,7 @@ def shortcut_graph(mesh: Mesh) -> sp.csr_matrix:
         mesh: an oriented manifold, with or without boundary.
     """
     table = mesh.edges
-    length = edge_lengths(mesh.vertices, table)
+    length = edge_lengths(mesh.vertices, mesh.faces, table)
     found = [(table.ends[:, 0], table.ends[:, 1], length)]
     found += _lines(mesh.faces, length[table.of_halfedge], _opposite(mesh.faces, table))
     start, end, along = (np.concatenate(column) for column in zip(*found, strict=True))
@@ -87,7 +87,7 @@ def _lines(faces: np.ndarray, length: np.ndarray, opposite: np.ndarray) -> list[
 
 def _wide(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Whether the angle from `low` to `high` is more than the narrowest that is looked into."""
-    along = low.real * high.real + low.imag * high.imag
+    along = np.real(low) * np.real(high) + np.imag(low) * np.imag(high)
     return _cross(low, high) > np.tan(_NARROWEST) * np.maximum(along, 0)
 
 
@@ -110,4 +110,4 @@ def _unfolded(
 
 
 def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return one.real * other.imag - one.imag * other.real
+    return np.real(one) * np.imag(other) - np.imag(one) * np.real(other)

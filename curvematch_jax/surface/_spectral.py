@@ -110,5 +110,6 @@ def _lowest(matrix: sp.csc_array, count: int, start: np.ndarray) -> Any:
     if len(start) < _DENSE * count:
         return scipy.linalg.eigh(matrix.toarray(), subset_by_index=(0, count - 1))
     solver = factors(matrix - _SHIFT * sp.eye_array(len(start)))
-    inverse = scipy.sparse.linalg.LinearOperator(matrix.shape, matvec=solver.solve, dtype=matrix.dtype)
+    operator: Any = scipy.sparse.linalg.LinearOperator
+    inverse = operator(matrix.shape, matvec=solver.solve, dtype=matrix.dtype)
     return scipy.sparse.linalg.eigsh(matrix, count, sigma=_SHIFT, v0=start, OPinv=inverse)

@@ -3,7 +3,8 @@ Symmetric parts
 ===============
 
 Which parts of a body does an intrinsic symmetry exchange? ``symmetric_parts`` finds left and right limbs of one
-object, whatever its pose.
+object from its parts alone. Parts that are nearly alike can end up in one group although no symmetry exchanges them:
+the reference of the function states the limits.
 """
 
 import numpy as np
@@ -11,7 +12,7 @@ from matplotlib.figure import Figure
 
 from curvematch_jax import creature, extract_parts, symmetric_parts
 
-parts = extract_parts(creature("human", pose=1).mesh)
+parts = extract_parts(creature("human", pose=2).mesh)
 groups = symmetric_parts(parts)
 print(groups)  # the indices of the parts, in groups
 

@@ -17,14 +17,14 @@ def genus(mesh):
     return 1 - (len(mesh.vertices) - len(mesh.faces) // 2) // 2
 
 
-@pytest.mark.parametrize(("kind", "handles"), [("human", 0), ("teapot", 1)])
-def test_a_short_cut_is_one_more_handle(kind, handles):
+@pytest.mark.parametrize(("kind", "handles", "least"), [("human", 0, 2.5), ("teapot", 1, 1.4)])
+def test_a_short_cut_is_one_more_handle(kind, handles, least):
     mesh = creature(kind, 1, vertices=1500).mesh
     joined, gain = shortcut.with_short_cut(mesh, 0.03)
     assert genus(mesh) == handles
     assert genus(joined) == handles + 1
     assert is_closed_manifold(joined.vertices, joined.faces)
-    assert gain > 1.4
+    assert gain > least
     np.testing.assert_array_equal(shortcut.with_short_cut(mesh, 0.03)[0].vertices, joined.vertices)
 
 

@@ -161,7 +161,7 @@ def test_killed_run_is_continued_to_the_same_bytes(meshes, fresh, tmp_path, caps
     assert contents(tmp_path / "out") == fresh
 
 
-def test_a_mesh_that_takes_too_long_costs_itself_alone(meshes, fresh, tmp_path, capsys):
+def test_a_mesh_that_takes_too_long_does_not_affect_the_others(meshes, fresh, tmp_path, capsys):
     os.mkfifo(meshes / "z.off")  # Reading it would wait for a writer forever.
     out = fill(tmp_path / "out", fresh)
     arguments = ["parts", meshes / "a.off", meshes / "deep", meshes / "z.off", "--out", out, "--time-limit", "1"]
@@ -177,7 +177,7 @@ def test_parts_are_no_meshes(meshes, fresh, tmp_path, capsys):
     capsys.readouterr()
     assert run(["parts", str(out / "a.off.npz"), str(meshes / "a.off"), "--out", str(out), *OPTIONS, "--json"]) == 0
     failed = json.loads(capsys.readouterr().out)["failed"]
-    assert [(entry["name"], "meshes are needed" in entry["reason"]) for entry in failed] == [("out/a.off", True)]
+    assert [(entry["name"], "give meshes" in entry["reason"]) for entry in failed] == [("out/a.off", True)]
     assert run(["parts", str(out), "--out", str(tmp_path / "copy"), *OPTIONS]) == 2
     assert "no meshes" in capsys.readouterr().err
     (tmp_path / "file").write_text("")
@@ -204,5 +204,5 @@ def test_what_the_command_has_made_is_a_cache(meshes, fresh, tmp_path):
 
 def test_other_settings_are_refused(fresh, tmp_path):
     out = fill(tmp_path / "out", fresh)
-    with pytest.raises(ValueError, match=r"holds parts made with levels = 3, and levels = 23 was asked for"):
+    with pytest.raises(ValueError, match=r"holds parts made with levels = 3, and parts are asked for with levels = 23"):
         Store(out, Extraction(samples=32, vertices=300))

@@ -117,7 +117,7 @@ def kabsch(c: np.ndarray) -> np.ndarray:
     return (u * signs) @ vt
 
 
-def x64():
-    """A context with float64 arrays, in the calling thread."""
+def x64(enabled=True):
+    """A context with float64 arrays, or without, in the calling thread."""
     enable = jax.enable_x64 if hasattr(jax, "enable_x64") else jax.experimental.enable_x64
-    return enable(True)
+    return enable(enabled)

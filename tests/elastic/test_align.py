@@ -1,5 +1,6 @@
 """Alignments: what is forgotten, what is told apart, and that the result certifies its distance."""
 
+import contextlib
 import dataclasses
 import logging
 import re
@@ -30,6 +31,11 @@ PRESETS = [
     pytest.param(FAST, id="fast"),
     pytest.param(ACCURATE, id="accurate", marks=pytest.mark.slow),
 ]
+
+
+def of(dtype):
+    """Where arrays may have that dtype: float32 shares its compiled code with the other tests."""
+    return x64() if dtype == np.float64 else contextlib.nullcontext()
 
 
 @pytest.fixture(name="curves", scope="module")
@@ -114,7 +120,7 @@ def test_a_curve_is_at_distance_zero_from_itself(aligner, curves):
 @pytest.mark.parametrize(("dtype", "most"), [(np.float32, 1e-3), (np.float64, 1e-6)])
 def test_a_copy_is_at_distance_zero_after_little_search(dtype, most):
     """Moved by less than rounding."""
-    with x64():
+    with of(dtype):
         copies = fourier(0, 8, n=N).astype(dtype)
         found = align(copies, copies + dtype(1e-12), LEAN)
         assert found.distance.dtype == dtype
@@ -124,7 +130,7 @@ def test_a_copy_is_at_distance_zero_after_little_search(dtype, most):
 def rolled(curve, aligner, dtype):
     n = curve.shape[-1]
     copies = np.stack([np.roll(curve, k, axis=-1) for k in (1, 2, n // 7, n // 3, n // 2 + 3, n - 1)])
-    with x64():
+    with of(dtype):
         found = align(curve.astype(dtype), copies.astype(dtype), aligner)
         return np.asarray(found.distance), recomputed(curve.astype(dtype), copies.astype(dtype), found)
 
@@ -142,6 +148,7 @@ def test_a_curve_is_near_its_roll(curve, aligner):
         assert distance.max() <= 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("aligner", PRESETS[1:])
 @pytest.mark.parametrize("curve", ROLLED)
 def test_a_curve_is_nearer_its_roll_in_float64(curve, aligner):
@@ -214,7 +221,9 @@ def test_callers_arrays_are_never_changed(curves, others):
     np.testing.assert_array_equal(others, kept[1])
 
 
-@pytest.mark.parametrize(("d", "n"), [(2, 16), (2, 1024), (3, 17), (3, 1024), (4, 400)])
+@pytest.mark.parametrize(
+    ("d", "n"), [(2, 16), (2, 1024), (3, 17), (3, 1024), pytest.param(4, 400, marks=pytest.mark.slow)]
+)
 def test_any_dimension_and_number_of_samples(d, n):
     curves, others = (fourier(s, 8, n=n, d=d, modes=2).astype(np.float32) for s in (0, 1))
     for aligner in (RIGID, LEAN):
@@ -272,7 +281,9 @@ def test_batches_broadcast(curves, others):
     np.testing.assert_allclose(recomputed(curves[:2, None], others[None, :3], grid), grid.distance, atol=2e-3)
 
 
-@pytest.mark.parametrize("aligner", [RIGID, StartOnly()], ids=["rigid", "other"])
+@pytest.mark.parametrize(
+    "aligner", [pytest.param(RIGID, id="rigid", marks=pytest.mark.slow), pytest.param(StartOnly(), id="other")]
+)
 def test_large_batches_go_in_chunks(aligner, curves, others):
     """More pairs than a chunk holds, and not a multiple of it, traced and not."""
     aligner = dataclasses.replace(aligner, chunk=9)

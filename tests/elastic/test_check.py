@@ -74,6 +74,7 @@ def held(dtype):
     return np.round(GOOD * 64).astype(dtype)
 
 
+@pytest.mark.usefixtures("float32")
 @pytest.mark.parametrize(
     ("curve", "dtype"),
     [
@@ -136,6 +137,7 @@ def test_the_callers_array_is_not_shared():
 FAR = np.array([[5e5], [4.6e6], [300.0]])
 
 
+@pytest.mark.usefixtures("float32")
 @pytest.mark.parametrize("dtype", [np.float64, np.longdouble])
 def test_shapes_are_taken_in_the_precision_in_which_they_came(dtype):
     """float32 steps by half a unit there."""
@@ -160,6 +162,7 @@ def test_shapes_are_those_of_every_size(size, dtype):
     np.testing.assert_allclose(elastic.to_srvf(found), elastic.to_srvf(GOOD), atol=2e-5)
 
 
+@pytest.mark.usefixtures("float32")
 @pytest.mark.parametrize(("size", "words"), [(1e45, "too large"), (1e-45, "too small")])
 def test_what_float32_cannot_hold_is_refused_unless_it_has_to_be_held(size, words):
     curve = GOOD * size
@@ -197,6 +200,7 @@ def test_batches_that_do_not_broadcast_are_named():
         check_batches(a=(3,), b=(2,), c=())
 
 
+@pytest.mark.usefixtures("float32")
 def test_fields_are_real_finite_and_at_least_of_float32():
     q = np.ones((2, 9))
     for dtype in (np.float16, jnp.bfloat16, ">f4", np.float64, np.longdouble):

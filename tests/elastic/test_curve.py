@@ -85,6 +85,7 @@ def repeats(curve):
     )
 
 
+@pytest.mark.usefixtures("float32")
 @pytest.mark.parametrize("n", [40, 41])
 @pytest.mark.parametrize("name", ["twice", "runs", "end", "start", "noise"])
 def test_repeated_samples_change_nothing(name, n):
@@ -138,6 +139,7 @@ def test_results_keep_the_curves_units_at_every_size(size, transform):
         np.testing.assert_allclose(transform(function)(large) / np.float32(size), function(curve), atol=1e-4)
 
 
+@pytest.mark.usefixtures("float32")
 def test_position_is_kept_or_taken_away_in_the_precision_that_came():
     far = np.array([[5e5], [4.6e6], [300.0]])
     curve = fourier(9, 2, n=30) * 3

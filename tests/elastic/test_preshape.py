@@ -14,6 +14,9 @@ from curvematch_jax.elastic import _geodesic as geodesics
 from curvematch_jax.elastic import _preshape as preshape
 from curvematch_jax.elastic import exp_map, log_map, parallel_transport, project_closed, to_curve, to_srvf
 
+# Each is compiled on its own.
+DIMENSIONS = [pytest.param(2, marks=pytest.mark.slow), 3, pytest.param(4, marks=pytest.mark.slow)]
+
 
 def open_field(seed, n=32, d=3, dtype=np.float32, size=0.1):
     """An SRVF that misses closure by about `size`, in every component."""
@@ -30,7 +33,7 @@ def test_projection_closes_and_is_idempotent(seed, size):
     np.testing.assert_allclose(project_closed(found), found, atol=2e-6)
 
 
-@pytest.mark.parametrize("d", [2, 3, 4])
+@pytest.mark.parametrize("d", DIMENSIONS)
 def test_projection_closes_to_rounding_in_float64(d):
     with x64():
         q = open_field(1, d=d, dtype=np.float64, size=0.1)
@@ -77,7 +80,7 @@ def far_fields(d, n=48):
 
 
 @pytest.mark.parametrize("double", [False, True], ids=["float32", "float64"])
-@pytest.mark.parametrize("d", [2, 3, 4])
+@pytest.mark.parametrize("d", DIMENSIONS)
 def test_fields_of_all_kinds_are_closed(d, double):
     with x64() if double else contextlib.nullcontext():
         q = far_fields(d).astype(float if double else np.float32)
@@ -87,8 +90,14 @@ def test_fields_of_all_kinds_are_closed(d, double):
         np.testing.assert_allclose(np.mean(np.sum(found**2, axis=1), axis=-1), 1, atol=1e-5)
         moved = np.asarray(preshape.sphere_distance(jnp.asarray(found, q.dtype), preshape.unit(jnp.asarray(q))))
         assert moved.max() < 1.5
-        if d == 3:
-            assert jnp.isfinite(jax.jit(jax.grad(lambda q: jnp.sum(project_closed(q) ** 3)))(q)).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("double", [False, True], ids=["float32", "float64"])
+def test_the_gradient_of_projection_is_finite_for_fields_of_all_kinds(double):
+    with x64() if double else contextlib.nullcontext():
+        q = jnp.asarray(far_fields(3).astype(float if double else np.float32))
+        assert jnp.isfinite(jax.jit(jax.grad(lambda q: jnp.sum(project_closed(q) ** 3)))(q)).all()
 
 
 def test_no_closed_field_is_nearer_where_the_dual_says_so():
@@ -172,6 +181,7 @@ def test_the_gradient_of_projection_by_finite_differences():
         np.testing.assert_allclose(slope, difference, rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_the_gradient_where_closed_gently_and_second_derivatives_by_finite_differences():
     with x64():
         fields = jnp.asarray(far_fields(3)[[10, 45, 70, 130, 200]])

@@ -17,7 +17,11 @@ seeds = st.integers(0, 100_000)
 some = settings(max_examples=12, deadline=None, derandomize=True)
 
 
-@pytest.fixture(name="shape", params=[(2, 16), (3, 100), (4, 400)], ids=lambda s: f"d={s[0]}, n={s[1]}")
+@pytest.fixture(
+    name="shape",
+    params=[(2, 16), (3, 100), pytest.param((4, 400), marks=pytest.mark.slow)],
+    ids=lambda s: f"d={s[0]}, n={s[1]}",
+)
 def fixture_shape(request):
     return request.param
 

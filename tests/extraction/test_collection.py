@@ -35,6 +35,23 @@ def test_a_folder_becomes_parts_and_failures_and_the_cache_remembers(folder, tmp
     assert (len(read.parts), read.computed) == (2, 0)
 
 
+def test_a_mesh_that_is_given_with_its_parts_counts_once(folder, tmp_path):
+    kept = tmp_path / "kept"
+    assert extract_collection([folder / "hand.off", folder / "snake.off"], SETTINGS, jobs=1, cache=kept).computed == 2
+    for given in ([kept, folder / "hand.off"], [folder / "snake.off", kept]):
+        found = extract_collection(given, SETTINGS, jobs=1)
+        assert found.computed == 0
+        assert [parts.name for parts in found.parts] == ["hand.off", "snake.off"]
+
+
+def test_another_mesh_of_the_name_of_parts_is_another_object(folder, tmp_path):
+    extract_collection([folder / "hand.off"], SETTINGS, jobs=1, cache=tmp_path / "kept")
+    other = tmp_path / "hand.off"
+    other.write_bytes((folder / "snake.off").read_bytes())
+    found = extract_collection([tmp_path / "kept", other], SETTINGS, jobs=1)
+    assert len(found.parts) == 2
+
+
 def test_it_is_what_one_mesh_alone_gives(folder):
     path = folder / "hand.off"
     (parts,) = extract_collection([path], SETTINGS, jobs=1).parts

@@ -1,4 +1,4 @@
-"""Worker processes: a task that fails, dies, hangs or takes all memory costs itself alone; no worker is left behind."""
+"""Worker processes: a task that fails, hangs or takes all memory does not affect others; no worker is left behind."""
 
 import ctypes
 import os

@@ -260,11 +260,11 @@ def _faults_in(result: Any) -> list[tuple[str, str]]:
         "curves": (points, levels, 3, samples),
         "mask": (points, levels),
         "lengths": (points, levels),
-        "fronts": (points, levels),
+        "level_set_lengths": (points, levels),
         "centres": (points, levels, 3),
         "areas": (points,),
         "points": (points, 3),
-        "between": (points, points),
+        "feature_distances": (points, points),
     }
     faults = [
         ("unsound", f"{n} {getattr(result, n).shape}") for n, s in shapes.items() if getattr(result, n).shape != s

@@ -91,7 +91,7 @@ def test_curves_come_back_from_files(tmp_path, suffix, d):
         ("a.csv", "curve,point,x,y\na,0,1,none\n", "line 2"),
         ("a.tps", "nothing", "holds no curve"),
         ("a.npz", "nothing", "a.npz"),
-        ("a.txt", "nothing", "no format of curves"),
+        ("a.txt", "nothing", "not a format of curves"),
     ],
 )
 def test_bad_files_get_a_sentence(tmp_path, name, text, said):

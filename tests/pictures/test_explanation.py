@@ -31,11 +31,11 @@ def sphere_parts(name="sphere", poles=2):
         curves=np.broadcast_to(circle * turned[:, None, :, None], (*shape, *circle.shape)).astype(np.float32),
         mask=np.ones(shape, bool),
         lengths=np.broadcast_to(2 * np.sin(polar), shape).astype(np.float32),
-        fronts=np.broadcast_to(2 * np.sin(polar), shape).astype(np.float32),
+        level_set_lengths=np.broadcast_to(2 * np.sin(polar), shape).astype(np.float32),
         centres=(centres * turned[:, None]).astype(np.float32),
         areas=np.full(poles, 0.9, np.float32),
         points=(np.array([0, 0, 1]) * turned).astype(np.float32),
-        between=(1 - np.eye(poles)).astype(np.float32),
+        feature_distances=(1 - np.eye(poles)).astype(np.float32),
         area=4 * np.pi,
         diameter=np.pi,
         settings=SETTINGS,
@@ -178,7 +178,7 @@ def test_masses_by_parts_and_objects(tmp_path):
     [
         ("why.mesh", "the suffix '.mesh' is not a picture format; known are .*png"),
         ("why", r"the suffix \(none\) is not a picture format"),
-        ("missing/why.png", "is no folder that can be written to"),
+        ("missing/why.png", "is not a writable folder"),
         ("folder.png", "is a folder, not a picture"),
     ],
 )

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from curvematch_jax.retrieval import Collection, Matching, Witness, dissimilarity_matrix, fingerprint, rank
-from curvematch_jax.retrieval._blocks import block_distances
+from curvematch_jax.retrieval._blocks import Task, block_distances
 from curvematch_jax.retrieval._cohort import Cohort, chosen
 
 ALONE = Matching(candidates=0, witnesses=())
@@ -35,7 +35,7 @@ def test_matrix_is_symmetric_not_negative_and_bounded(objects):
 def test_matrix_is_what_the_formulas_say(objects):
     """The parts alone, from distances of parts to objects, by loops and scipy's normal distribution."""
     few = objects[:12]
-    block = block_distances(few, few, ~np.eye(12, dtype=bool), ALONE)
+    block = block_distances(Task(few, few, ~np.eye(12, dtype=bool), ALONE))
     ends = np.cumsum([len(each.areas) for each in few])
     means = np.array([rows.mean(axis=0) for rows in np.split(block.forward.astype(np.float64), ends[:-1])])
     floor = 0.01 * np.nanmean(means)

@@ -21,7 +21,7 @@ SETTINGS = {
     "weighted": Matching(fusion="weighted"),
     "mean beside shares": Matching(fusion="mean", masses="shares"),
     "by area": Matching(significance="area", decay=1.0),
-    "shapes alone": Matching(length_weight=0, front_weight=0, isometry_weight=0),
+    "shapes alone": Matching(length_weight=0, level_set_weight=0, isometry_weight=0),
     "coarse": Matching(aligner=Rigid(grid=32, measured=False)),
 }
 
@@ -107,7 +107,7 @@ def test_blocks_of_any_size_join_to_the_same(objects, monkeypatch):
     whole = Collection.of(objects)
     monkeypatch.setattr("curvematch_jax.retrieval._collection._AT_ONCE", 7)
     found = Collection.of(objects)
-    for name in ("rows", "log_lengths", "log_fronts", "log_units", "starts"):
+    for name in ("rows", "log_lengths", "log_level_sets", "log_units", "starts"):
         np.testing.assert_array_equal(getattr(found.stack, name), getattr(whole.stack, name), err_msg=name)
     np.testing.assert_array_equal(found.stack.curves.curves.tangents, whole.stack.curves.curves.tangents)
     np.testing.assert_array_equal(found.signatures, whole.signatures)
@@ -122,10 +122,13 @@ def test_an_object_that_was_only_bounded_is_not_explained(objects):
 
 def test_what_a_collection_is_not_ready_for_is_refused(objects, make_parts):
     ready = Collection.of(objects[:2])
-    with pytest.raises(ValueError, match="prepared for unit = 'area', and the matching has unit = 'diameter'"):
+    with pytest.raises(ValueError, match="with unit = 'area', and the query comes with unit = 'diameter'"):
         rank(objects[0], ready, Matching(unit="diameter"))
-    with pytest.raises(ValueError, match="prepared for aligner"):
+    with pytest.raises(ValueError, match="prepared with aligner"):
         rank(objects[0], ready, Matching.elastic())
+    one_way, other = Matching(fusion="belief"), Matching(fusion="belief", candidates=0, unit="diameter")
+    with pytest.raises(ValueError, match="with unit = 'area'"):
+        rank(objects[0], Collection.of(objects[:2], one_way), other)
     other = make_parts("other", settings=Extraction(levels=3, samples=32, epsilon=0.07))
     with pytest.raises(ValueError, match=r"epsilon = 0\.07"):
         rank(other, ready)
@@ -138,7 +141,7 @@ def test_what_a_collection_is_not_ready_for_is_refused(objects, make_parts):
 
 
 def test_other_weights_can_be_asked_of_one_collection_without_a_cohort(objects):
-    matching = Matching(fusion="belief", front_weight=0.0, scale=0.2)
+    matching = Matching(fusion="belief", level_set_weight=0.0, scale=0.2)
     found = rank(objects[4], Collection.of(objects, Matching(fusion="belief")), matching)
     np.testing.assert_array_equal(found.order, rank(objects[4], objects, matching).order)
 

@@ -9,6 +9,7 @@ import pytest
 from curvematch_jax.elastic import Elastic, Round
 from curvematch_jax.retrieval import Collection, Matching, build_index, is_index, rank
 from curvematch_jax.retrieval import _index as index_module
+from curvematch_jax.retrieval._files import locked
 
 WARPS = Matching(aligner=Elastic((Round(2, 16, 4),), steps=2, knots=32, chunk=8))
 
@@ -79,7 +80,7 @@ def test_other_objects_and_settings_are_refused_by_name(objects, make_parts, tmp
     changed = [*objects[:3], make_parts("0-3", seed=99), objects[4]]
     with pytest.raises(ValueError, match="the parts of 0-3 have changed"):
         build_index(changed, path)
-    with pytest.raises(ValueError, match="made for witnesses"):
+    with pytest.raises(ValueError, match="made with witnesses"):
         Collection.open(path, Matching.generic())
     assert is_index(path)
 
@@ -124,3 +125,8 @@ def test_somebody_s_folder_is_left_as_it_is(objects, tmp_path):
     with pytest.raises(ValueError, match="is not an index"):
         build_index(objects[:3], tmp_path / "thesis")
     assert Path(tmp_path / "thesis" / "chapter").read_text() == "dear"
+
+
+def test_one_process_at_a_time(objects, tmp_path):
+    with locked(tmp_path / "I"), pytest.raises(ValueError, match="another process is using it"):
+        build_index(objects[:3], tmp_path / "I")

@@ -8,10 +8,10 @@ import pytest
 
 from curvematch_jax.retrieval import (
     SavedMatrix,
-    distinct_names,
     load_matrix,
     save_matrix,
 )
+from curvematch_jax.retrieval._matrix_file import MATRIX_FORMAT
 
 
 @pytest.fixture(name="saved")
@@ -55,23 +55,8 @@ def test_what_is_no_matrix_is_refused(saved, tmp_path):
         load_matrix(tmp_path / "other.zarr")
     save_matrix(saved, tmp_path / "D.zarr")
     zarr.open_group(tmp_path / "D.zarr").attrs["names"] = ["a.off"]
-    with pytest.raises(ValueError, match="damaged: 1 names"):
+    with pytest.raises(ValueError, match=r"damaged .*1 names"):
         load_matrix(tmp_path / "D.zarr")
-
-
-@pytest.mark.parametrize(
-    ("paths", "names"),
-    [
-        (["m/cat.off", "m/dog.off"], ["cat.off", "dog.off"]),
-        (["m/cat.off", "n/cat.off", "n/dog.off"], ["m/cat.off", "n/cat.off", "dog.off"]),
-        (["m/x/cat.off", "n/x/cat.off", "n/y/cat.off"], ["m/x/cat.off", "n/x/cat.off", "y/cat.off"]),
-        (["m/cat.off", "m/../m/cat.off", "m/cat.off"], ["cat.off", "cat.off#2", "cat.off#3"]),
-        (["m/cat.off", "m/cat.obj"], ["cat.off", "cat.obj"]),
-        ([], []),
-    ],
-)
-def test_names_tell_files_apart(paths, names):
-    assert distinct_names(paths) == names
 
 
 @pytest.mark.parametrize(
@@ -81,7 +66,7 @@ def test_names_tell_files_apart(paths, names):
         ({"notes": 5}, "its notes are something else"),
         ({"settings": []}, "its settings are something else"),
         ({"complete": "yes"}, "its complete are something else"),
-        ({"curvematch_matrix": 1}, "of format 1, and this version reads 3"),
+        ({"curvematch_matrix": 1}, f"has format 1, but this version reads format {MATRIX_FORMAT}"),
         ({"names": ["a"] * 60000}, r"60000 names, values of shape \(3, 3\)"),
     ],
 )

@@ -180,7 +180,7 @@ def test_fingerprint_is_of_what_is_compared(make_parts, tmp_path):
     curves[-1, -1, -1, -1] = np.nextafter(curves[-1, -1, -1, -1], np.float32(1))
     others = [
         dataclasses.replace(parts, curves=curves),
-        dataclasses.replace(parts, lengths=parts.fronts, fronts=parts.lengths),
+        dataclasses.replace(parts, lengths=parts.level_set_lengths, level_set_lengths=parts.lengths),
         dataclasses.replace(parts, area=2.0, diameter=1.5),
         dataclasses.replace(parts, area=1.6),
         dataclasses.replace(parts, settings=dataclasses.replace(parts.settings, radius=0.7)),

@@ -13,7 +13,7 @@ def test_some_objects_of_a_stack_are_the_stack_of_some(make_parts, taken):
     objects = [make_parts(f"{n}", seed=n, parts=n) for n in (2, 0, 3, 1)]
     objects[2].mask[1, 1:] = False
     found, expected = stack(objects).taken(np.array(taken)), stack([objects[k] for k in taken])
-    for name in ("curves", "rows", "log_lengths", "log_fronts", "log_units", "starts"):
+    for name in ("curves", "rows", "log_lengths", "log_level_sets", "log_units", "starts"):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name), err_msg=name)
 
 

@@ -11,20 +11,20 @@ from curvematch_jax.retrieval import Matching, symmetric_parts
 from curvematch_jax.retrieval._symmetry import mirrored, self_distances
 from curvematch_jax.surface import Extraction, extract_parts
 
-_PER_PART = ("curves", "mask", "lengths", "fronts", "centres", "areas", "points")
+_PER_PART = ("curves", "mask", "lengths", "level_set_lengths", "centres", "areas", "points")
 
 
 def taken(parts, index):
     """The parts in another order; an index may come twice."""
     fields = {name: getattr(parts, name)[index] for name in _PER_PART}
-    return dataclasses.replace(parts, **fields, between=parts.between[np.ix_(index, index)])
+    return dataclasses.replace(parts, **fields, feature_distances=parts.feature_distances[np.ix_(index, index)])
 
 
 def from_places(parts, places):
     """The same parts with feature points at these places, as far apart as in space."""
     places = np.asarray(places, np.float32)
     between = np.linalg.norm(places[:, None] - places, axis=-1).astype(np.float32)
-    return dataclasses.replace(parts, points=places, between=between / between.max())
+    return dataclasses.replace(parts, points=places, feature_distances=between / between.max())
 
 
 @pytest.fixture(name="make_parts")

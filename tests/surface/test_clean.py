@@ -251,6 +251,8 @@ SHEET = Mesh(
         (Mesh(np.eye(4, 3), np.array([[0, 0, 1]] * 5), "points"), "points: no face is left"),
         (MOEBIUS, "strip: the surface has one side only"),
         (SHEET, "sheet: the surface is flat"),
+        (Mesh(cube(2).vertices * [1, 0, 0], cube(2).faces, "line"), "line: the surface is mostly needles"),
+        (Mesh(np.outer(np.arange(24.0) ** 1.5, [0, 1, 0]), np.arange(24).reshape(8, 3), "lines"), "lie on one line"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_a_closed_surface_gets_one_sentence(mesh, reason):

@@ -114,6 +114,26 @@ def test_a_scan_in_open_patches_keeps_its_area():
     assert report.invented < 0.1
 
 
+def fingered(count: int) -> Mesh:
+    """A palm with fingers as a scan shows them: some 40,000 vertices."""
+    angle = np.linspace(-1, 1, count)
+    return limbed(np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=1), subdivisions=6)
+
+
+@pytest.mark.parametrize("fingers", [3, 5])
+@pytest.mark.parametrize("scale", [1.0, 1e3])
+def test_a_decimated_scan_keeps_its_fingers(fingers, scale):
+    scan = moved(fingered(fingers), scale=scale)
+    cleaned, report = clean(scan)
+    assert report.decimated[0] == len(scan.vertices) == 40_962
+    assert report.warnings == ()
+    assert volume(cleaned) == pytest.approx(volume(scan), rel=2e-3)
+    assert area(cleaned) == pytest.approx(area(scan), rel=2e-3)
+    np.testing.assert_allclose(np.ptp(cleaned.vertices, axis=0), np.ptp(scan.vertices, axis=0), rtol=2e-3)
+    tips = scan.vertices[np.argsort(np.linalg.norm(scan.vertices, axis=1))[-fingers:]]
+    assert np.linalg.norm(cleaned.vertices[:, None] - tips, axis=2).min(axis=0).max() < 0.01 * scale
+
+
 def lopsided() -> Mesh:
     """No two of its points can be taken for each other."""
     mesh = limbed(np.array([[1, 0.2, 0.1], [-0.7, 0.9, 0.3], [0.1, -0.4, 1]]), subdivisions=4)
@@ -137,7 +157,7 @@ def test_parts_far_from_the_origin_are_the_parts_moved(mesh, place):
     assert there.diameter == pytest.approx(here.diameter, rel=1e-4)
 
 
-@pytest.mark.parametrize("height", [0.5, 20, 100])
+@pytest.mark.parametrize("height", [0.5, 20, pytest.param(100, marks=pytest.mark.slow)])
 def test_a_rod_is_as_long_as_it_is_whatever_its_triangles(height):
     for sections in (5, 16, 48):
         made = trimesh.creation.cylinder(1, height, sections=sections)

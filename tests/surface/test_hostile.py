@@ -349,11 +349,11 @@ def test_a_cloud_of_torn_triangles_ends_in_parts_or_one_sentence(seed):
     else:
         message = "cloud: "
         assert np.isfinite(parts.lengths).all()
-        assert np.isfinite(parts.between).all()
+        assert np.isfinite(parts.feature_distances).all()
     assert message.startswith("cloud: ")
 
 
-def test_fronts_pass_by_faces_that_are_level():
+def test_level_sets_pass_by_faces_that_are_level():
     mesh = Mesh(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]), np.array([[0, 1, 2], [1, 3, 2]]))
     level = np.array([0.0, 1, 1, 1])
-    np.testing.assert_allclose(LevelSets(mesh, level, np.array([0.5])).fronts, [np.sqrt(0.5)])
+    np.testing.assert_allclose(LevelSets(mesh, level, np.array([0.5])).level_set_lengths, [np.sqrt(0.5)])

@@ -126,7 +126,7 @@ def test_a_part_goes_on_after_a_temporary_split():
     assert curves[-1].mean(axis=0)[0] < -1  # around the limb on the other side
 
 
-def test_a_part_of_the_torus_has_no_curve_where_its_front_has_met_itself():
+def test_a_part_of_the_torus_has_no_curve_where_its_level_set_has_met_itself():
     mesh = torus()
     curves = followed(mesh, 0, np.linspace(0.05, 0.9, 18))
     assert curves[0] is not None
@@ -161,5 +161,5 @@ def test_levels_are_the_same_one_by_one_and_all_at_once():
     for level, value in enumerate(values):
         alone = LevelSets(mesh, height, np.array([value]))
         np.testing.assert_allclose(np.sort(together.lengths[together.level == level]), np.sort(alone.lengths))
-        np.testing.assert_allclose(together.fronts[level], alone.fronts[0])
-    assert together.fronts[-1] == 0
+        np.testing.assert_allclose(together.level_set_lengths[level], alone.level_set_lengths[0])
+    assert together.level_set_lengths[-1] == 0

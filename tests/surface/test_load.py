@@ -30,6 +30,9 @@ def written(folder: Path, name: str, content: str | bytes) -> Path:
     [
         f"OFF\n4 4 6\n{TETRAHEDRON}",
         f"OFF 4 4 6\n{TETRAHEDRON}",
+        f"OFF4 4 6\n{TETRAHEDRON}",
+        f"COFF4 4 6\n{TETRAHEDRON}",
+        f"OFF4 4\n\n{TETRAHEDRON}",
         f"OFF\n4 4\n{TETRAHEDRON}",
         f"# made by hand\n\nOFF # the keyword\n# counts\n4 4 6\n\n{TETRAHEDRON}# the end\n",
         f"OFF\r\n4 4 6\r\n{TETRAHEDRON}".replace("\n", "\r\n").replace("\r\r", "\r"),
@@ -37,7 +40,19 @@ def written(folder: Path, name: str, content: str | bytes) -> Path:
         "COFF\n4 4 6\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n0 1 0 1 0 0 1\n0 0 1 1 0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n",
         "NOFF\n4 4 6\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n0 0 1 0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n",
     ],
-    ids=["plain", "counts on the first line", "two counts", "comments", "CRLF", "face colours", "COFF", "NOFF"],
+    ids=[
+        "plain",
+        "counts on the first line",
+        "without a space",
+        "COFF without a space",
+        "two counts without a space",
+        "two counts",
+        "comments",
+        "CRLF",
+        "face colours",
+        "COFF",
+        "NOFF",
+    ],
 )
 def test_off_variants_hold_the_same_tetrahedron(tmp_path, text):
     mesh = load_mesh(written(tmp_path, "t.off", text))

@@ -30,10 +30,10 @@ def assert_sound(parts: Parts) -> None:
         assert array.dtype == (np.float64 if array is parts.centres or array is parts.points else np.float32)
         assert np.isfinite(array).all()
     assert (parts.lengths[parts.mask] > 0).all()
-    assert (parts.fronts >= parts.lengths * (1 - 1e-2)).all()  # sampled curves cut corners
-    assert parts.between.shape == (count, count)
-    np.testing.assert_array_equal(parts.between, parts.between.T)
-    assert not np.diag(parts.between).any()
+    assert (parts.level_set_lengths >= parts.lengths * (1 - 1e-2)).all()  # sampled curves cut corners
+    assert parts.feature_distances.shape == (count, count)
+    np.testing.assert_array_equal(parts.feature_distances, parts.feature_distances.T)
+    assert not np.diag(parts.feature_distances).any()
     assert (parts.areas > 0).all()
     assert (parts.areas <= 1).all()
     assert not parts.curves[~parts.mask].any()
@@ -81,7 +81,7 @@ def test_parts_do_not_depend_on_the_unit(scale):
 
 def test_extraction_is_deterministic(parts):
     again = extract_parts(limbed(), SETTINGS)
-    for name in ("curves", "mask", "lengths", "fronts", "centres", "areas", "points", "between"):
+    for name in ("curves", "mask", "lengths", "level_set_lengths", "centres", "areas", "points", "feature_distances"):
         np.testing.assert_array_equal(getattr(again, name), getattr(parts, name))
 
 
@@ -114,7 +114,7 @@ def test_what_is_no_surface_is_refused():
         ({"epsilon": 0.0}, "epsilon must lie between 0 and 1"),
         ({"radius": 1.5}, "radius must lie between 0 and 1"),
         ({"spacing": 0.0}, "spacing must be more than 0, found 0.0"),
-        ({"least": 0}, "least must be an integer of at least 1, found 0"),
+        ({"min_parts": 0}, "min_parts must be an integer of at least 1, found 0"),
         ({"levels": 0}, "levels must be an integer of at least 1, found 0"),
         ({"samples": 3}, "samples must be an integer of at least 8"),
         ({"vertices": 10}, "vertices must be an integer of at least 100"),
@@ -160,10 +160,10 @@ def test_levels_are_denser_next_to_the_feature_point_as_asked():
 
 def test_farthest_points_make_up_for_missing_feature_points():
     few, more = (
-        extract_parts(torus(), Extraction(least=1, levels=2)),
-        extract_parts(torus(), Extraction(least=5, levels=2)),
+        extract_parts(torus(), Extraction(min_parts=1, levels=2)),
+        extract_parts(torus(), Extraction(min_parts=5, levels=2)),
     )
     assert len(few.areas) < 5 == len(more.areas)
     np.testing.assert_array_equal(more.points[: len(few.points)], few.points)
     assert any("farthest points" in note for note in more.notes)
-    assert more.between[np.triu_indices(5, 1)].min() > 0.2
+    assert more.feature_distances[np.triu_indices(5, 1)].min() > 0.2

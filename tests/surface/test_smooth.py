@@ -61,18 +61,19 @@ def test_faces_without_area_do_no_harm():
     assert np.abs(result.vertices - vertices).max() < 0.05 * np.sqrt(area(mesh))
 
 
+@pytest.mark.slow
 def test_noise_leaves_the_lengths_of_level_curves():
     mesh = limbed(subdivisions=5)
     noisy, settings = rough(mesh, 0.003), Extraction(radius=0.4, levels=6, samples=32)
     plain = smooth(mesh, LENGTH)
     features = feature_points(plain, distances_on(plain, "geodesic"), 0.05)
 
-    def fronts(each: Mesh) -> np.ndarray:
+    def lengths(each: Mesh) -> np.ndarray:
         parts = parts_around(each, distances_on(each, "geodesic"), features, settings)
-        return parts.fronts * parts.diameter
+        return parts.level_set_lengths * parts.diameter
 
     def off(each: Mesh) -> float:
-        return float(np.abs(np.log(fronts(each) / fronts(plain))).mean())
+        return float(np.abs(np.log(lengths(each) / lengths(plain))).mean())
 
     assert off(smooth(noisy, LENGTH)) < 0.03
     assert off(noisy) > 2 * off(smooth(noisy, LENGTH))

@@ -63,7 +63,7 @@ def test_bending_and_scale_hardly_matter():
     geodesic, euclidean = (
         descriptors.l1([method(straight)], [method(bent)])[0, 0] for method in (descriptors.geodesic_d2, descriptors.d2)
     )
-    assert geodesic < 0.1  # nearly isometric, and from 256 sources
+    assert geodesic < 0.08  # nearly isometric: exact distances give .073
     assert euclidean > 1.5 * geodesic
 
 
