@@ -26,7 +26,7 @@ import numpy as np
 import curvematch_jax as cm
 from curvematch_jax.statistics import ShapeTransformer, energy_test
 
-from ._measure import PRESETS, say, timed
+from ._measure import PRESETS, say
 from ._record import record
 
 _NEIGHBOURS = (1, 3, 5, 9, 15, 25)
@@ -79,9 +79,9 @@ def told_apart(
     names, members = np.unique(labels, return_counts=True)
     found: dict = {"members": dict(zip(names.tolist(), members.tolist(), strict=True)), "chance": 1 / len(names)}
     for preset in ("rigid", arguments.preset):
-        matrix, seconds = timed(lambda preset=preset: cm.distance_matrix(curves, aligner=PRESETS[preset]))
+        matrix = cm.distance_matrix(curves, aligner=PRESETS[preset])
         p = energy_test(matrix, labels).p
-        found[preset] = {"p": p, "balanced": neighbours(matrix, labels), "seconds": seconds}
+        found[preset] = {"p": p, "balanced": neighbours(matrix, labels)}
         if discriminants:
             found[preset]["scores"] = by_scores(curves, labels, PRESETS[preset])
         say(f"{', '.join(names)}, {preset}: p {p:.4f}, balanced {found[preset]['balanced']:.3f}")

@@ -7,14 +7,15 @@ from elastic.shapes import rotation, x64
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from curvematch_jax import elastic_distance
+from curvematch_jax import Aligner, elastic_distance
 from curvematch_jax.datasets import leaves
 from curvematch_jax.statistics import TangentPCA, karcher_mean
 from curvematch_jax.statistics._tangent import exp
 
-COUNT, N = 5, 32
+COUNT, N = 5, 64
+FAST = Aligner.fast()  # a leaner one leaves some curves badly aligned
 seeds = st.integers(0, 100_000)
-some = settings(max_examples=6, deadline=None, derandomize=True)
+some = settings(max_examples=4, deadline=None, derandomize=True)
 
 
 def sample(seed, d, moved=False):
@@ -22,7 +23,7 @@ def sample(seed, d, moved=False):
 
 
 def apart(first, second):
-    return float(elastic_distance(first, second, LEAN))
+    return float(elastic_distance(first, second, FAST))
 
 
 @pytest.mark.slow
@@ -52,7 +53,7 @@ def test_start_points_rotations_sizes_and_places_matter_little(d):
                 for i, curve in enumerate(curves)
             ]
         ).astype(np.float32)
-        mean, again = karcher_mean(curves, aligner=LEAN), karcher_mean(others, aligner=LEAN)
+        mean, again = karcher_mean(curves, aligner=FAST), karcher_mean(others, aligner=FAST)
         assert apart(mean.curve, again.curve) < 0.03
         assert again.variance == pytest.approx(mean.variance, rel=0.1)
         assert np.all(np.diff(again.history) <= 0)
@@ -67,8 +68,8 @@ def test_how_curves_are_sampled_matters_little():
     @some
     @given(seeds)
     def check(seed):
-        even, uneven = (leaves(COUNT, seed, 64, moved=moved).curves for moved in (False, True))
-        mean, again = karcher_mean(even, aligner=LEAN), karcher_mean(uneven, aligner=LEAN)
+        even, uneven = (leaves(COUNT, seed, N, moved=moved).curves for moved in (False, True))
+        mean, again = karcher_mean(even, aligner=FAST), karcher_mean(uneven, aligner=FAST)
         assert apart(mean.curve, again.curve) < 0.05
 
     check()
