@@ -38,7 +38,7 @@ def test_mirror_images_run_the_same_way_and_are_near(shapes):
     mirrored = outlines.mirror_images(curves)
     area = lambda c: np.sum(c[:, 0] * np.roll(c[:, 1], -1, -1) - c[:, 1] * np.roll(c[:, 0], -1, -1), axis=1)  # noqa: E731
     np.testing.assert_allclose(area(mirrored), area(curves), rtol=1e-5)
-    found = outlines.feature_distances(curves, mirrored, RIGID)
+    found = outlines.between(curves, mirrored, RIGID)
     np.testing.assert_array_equal(found, found.T)
     np.testing.assert_allclose(found, np.where(np.eye(6), 0, cm.distance_matrix(curves, mirrored, RIGID)), atol=1e-2)
     assert found[3, 4] < 0.1 < cm.distance_matrix(curves, aligner=RIGID)[3, 4]

@@ -69,12 +69,12 @@ def test_what_cannot_be_drawn_gets_a_sentence(tmp_path):
     for call, said in [
         (lambda: mean_picture(np.ones((4, 9)), np.ones((1, 4, 9)), tmp_path / "a.png"), "d = 2 or 3"),
         (lambda: mean_picture(np.full((2, 9), np.nan), CIRCLE[None], tmp_path / "a.png"), "finite"),
-        (lambda: mean_picture(CIRCLE, CIRCLE[None], tmp_path / "a.txt"), "names no format"),
+        (lambda: mean_picture(CIRCLE, CIRCLE[None], tmp_path / "a.txt"), "is not a picture format"),
         (lambda: components_picture(CIRCLE, tmp_path / "a.png"), "rows"),
         (lambda: scores_picture(np.ones((3, 2)), tmp_path / "a.png", ["a"]), "a group for each"),
         (lambda: movie(CIRCLE[None], tmp_path / "a.png"), "a movie is one of"),
         (lambda: movie(CIRCLE[None], tmp_path / "a.gif", seconds=0), "more than 0 seconds"),
-        (lambda: movie(CIRCLE[None], tmp_path / "none" / "a.gif"), "no folder"),
+        (lambda: movie(CIRCLE[None], tmp_path / "none" / "a.gif"), "is not a writable folder"),
     ]:
         with pytest.raises(ValueError, match=said):
             call()
