@@ -144,9 +144,9 @@ def test_explained_query(meshes, parts_dir, tmp_path, capsys):
 def test_explanations_that_cannot_be_drawn(meshes, parts_dir, tmp_path, capsys):
     query = ["query", meshes / "snake1.off", "--in", parts_dir]
     (tmp_path / "other.off").write_text("")
-    assert "names no format of pictures" in error(capsys, *query, "--explain", tmp_path / "why.mesh")
+    assert "is not a picture format" in error(capsys, *query, "--explain", tmp_path / "why.mesh")
     assert "(none)" in error(capsys, *query, "--explain", tmp_path / "why")
-    assert "no folder" in error(capsys, *query, "--explain", tmp_path / "none" / "why.png")
+    assert "is not a writable folder" in error(capsys, *query, "--explain", tmp_path / "none" / "why.png")
     explained = [*query, "--explain", tmp_path / "why.png"]
     assert "name of an object, such as hand0.off" in error(capsys, *explained, "--meshes", tmp_path)
     assert "not a folder" in error(capsys, *explained, "--meshes", tmp_path / "none")
@@ -328,7 +328,7 @@ def test_index_answers_as_the_folder_does(meshes, parts_dir, tmp_path, capsys):
     again = result(capsys, "query", queries[0], "--in", index, "--rerank")
     assert again["reranked"]
     assert {row["name"] for row in again["results"][:2]} == {"snake0.off", "snake1.off"}
-    assert "made for witnesses" in error(capsys, "query", queries[0], "--in", index, "--preset", "articulated")
+    assert "made with witnesses" in error(capsys, "query", queries[0], "--in", index, "--preset", "articulated")
     assert "no surfaces to draw" in error(capsys, "query", queries[0], "--in", index, "--explain", tmp_path / "a.png")
     assert "several meshes" in error(capsys, "query", *queries, "--in", index, "--explain", tmp_path / "a.png")
     assert "symmetric" in error(capsys, "query", queries[0], "--in", parts_dir, "--preset", "partial", "--rerank")

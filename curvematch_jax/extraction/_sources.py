@@ -32,12 +32,13 @@ def find_sources(inputs: Sequence[Path], meshes_only: bool = False) -> list[Sour
 
     A folder that holds parts is a parts folder, whatever else is in it, unless meshes alone are looked for. A file in
     a folder goes by its path in it, with more of the path where two would go by the same name. A mesh is left out where
-    its parts are given under its name.
+    its parts are given under its name, unless meshes alone are looked for.
 
     Raises:
         ValueError: when a folder holds nothing of what is looked for.
     """
-    opened = _once([(path, given) for given in inputs for path in _opened(given, meshes_only)])
+    opened = [(path, given) for given in inputs for path in _opened(given, meshes_only)]
+    opened = opened if meshes_only else _once(opened)
     paths = [path for path, _ in opened]
     depths = [max(len(path.relative_to(given).parts), 1) for path, given in opened]
     names = distinct_names([_object_path(path) for path in paths], depths)
