@@ -18,7 +18,8 @@ its mirror image, the reflection with its samples in reverse, so that it runs ro
 the bullseye of the outlines of the rest.
 
 With `--baseline` the same is measured of the package of another commit, from a temporary checkout, in the same run.
-7435b05 is the last commit of the first engine, which has no `rerank`; its `fast` has .862 in bullseye and .993 in nn with mirror images.
+7435b05 is the last commit of the first engine, which has no `rerank`; its `fast` has .862 in bullseye and .993 in nn
+with mirror images.
 """
 
 from __future__ import annotations
