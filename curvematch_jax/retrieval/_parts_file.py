@@ -21,26 +21,15 @@ from typing import Any
 import numpy as np
 
 from ..surface import Extraction, Parts
+from ..surface._parts import ARRAYS
 from ._files import replacing, short
 from ._settings import require_same_extraction
 
 # Also to be raised when extraction gives other parts from the same mesh: the key of a source depends on it.
 PARTS_FORMAT = 6
 
-_ARRAYS = (
-    "curves",
-    "mask",
-    "lengths",
-    "level_set_lengths",
-    "centres",
-    "areas",
-    "points",
-    "feature_distances",
-    "spectrum",
-    "views",
-)
 # The kinds of dtype (`numpy.dtype.kind`) of all fields.
-_KINDS = {name: "b" if name == "mask" else "f" for name in _ARRAYS}
+_KINDS = {name: "b" if name == "mask" else "f" for name in ARRAYS}
 _KINDS |= {"format": "i", "name": "U", "area": "f", "diameter": "f", "settings": "U", "notes": "U"}
 
 _NO_SOURCE = "-" * 64
@@ -189,7 +178,7 @@ def _fields(parts: Parts) -> dict[str, np.ndarray]:
         "area": float(parts.area),
         "diameter": float(parts.diameter),
     }
-    fields |= {name: getattr(parts, name) for name in _ARRAYS}
+    fields |= {name: getattr(parts, name) for name in ARRAYS}
     arrays = {name: np.asarray(value, order="C") for name, value in fields.items()}
     return {name: array.astype(array.dtype.newbyteorder("<"), copy=False) for name, array in arrays.items()}
 
@@ -250,7 +239,7 @@ def _array(data: bytes, kind: str) -> np.ndarray:
 
 
 def _parts_from(fields: Mapping[str, np.ndarray]) -> Parts:
-    arrays = {name: fields[name] for name in _ARRAYS}
+    arrays = {name: fields[name] for name in ARRAYS}
     settings = Extraction(**json.loads(_text(fields, "settings")))
     _check_arrays(fields, settings)
     return Parts(

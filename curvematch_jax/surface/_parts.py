@@ -23,6 +23,21 @@ _AREA_COUNTS, _LIMBED = 0.75, 1.7
 _DOMINANCE = 0.6
 
 
+# The fields of `Parts` that hold an entry for each part or object: all are finite.
+ARRAYS = (
+    "curves",
+    "mask",
+    "lengths",
+    "level_set_lengths",
+    "centres",
+    "areas",
+    "points",
+    "feature_distances",
+    "spectrum",
+    "views",
+)
+
+
 @dataclass(frozen=True)
 class Extraction:
     """How parts are made; parts made with different settings are not comparable.
@@ -140,17 +155,7 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
         raise MeshError(f"{mesh.name or 'mesh'}: its triangles are too thin for distances along the surface")
     parts = parts_around(mesh, distances, features, extraction, report.messages)
     parts = replace(parts, **described(mesh))
-    for name in (
-        "curves",
-        "lengths",
-        "level_set_lengths",
-        "centres",
-        "areas",
-        "points",
-        "feature_distances",
-        "spectrum",
-        "views",
-    ):
+    for name in ARRAYS:
         if not np.isfinite(getattr(parts, name)).all():
             raise MeshError(f"{mesh.name or 'mesh'}: its triangles are too thin: {name} of its parts are not finite")
     return parts
