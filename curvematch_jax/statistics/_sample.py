@@ -46,8 +46,10 @@ class Sample:
         shapes, places = distinct(np.asarray(as_shapes("curves", curves)))
         n = shapes.shape[2]
         points = _oversampled(shapes, n * max(1, min(_OVERSAMPLING, _MOST_READ // n)))
-        lengths = np.asarray(length(curves))
-        return cls(shapes, points, tables_of(shapes, aligner), lengths, places, sides_of(n))
+        sides, lengths = sides_of(n), np.asarray(length(curves))
+        # Of as many samples as a base has: tables of other sizes round differently, and the warp of a copy shows it.
+        tables = tables_of(_oversampled(shapes, sides), aligner)
+        return cls(shapes, points, tables, lengths, places, sides)
 
     def __len__(self) -> int:
         return len(self.curves)
