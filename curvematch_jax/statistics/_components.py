@@ -18,7 +18,7 @@ from ..elastic._preshape import parallel_transport, project_tangent
 from ._laying import onto
 from ._mean import Mean
 from ._sample import as_sample
-from ._tangent import STEPS, exp, sampled, vertices
+from ._tangent import STEPS, curves_of, exp, vertices
 
 _ROUNDING = 32  # in units of the dtype's, below which deviations are none
 
@@ -124,9 +124,8 @@ class TangentPCA:
         """The closed curves `(*b, d, n)` at scores `(*b, c' <= c)`, centred, of the mean's length or, with sizes, their
         own."""
         found = np.asarray(scores, float)
-        curves = sampled(np.asarray(vertices(self.srvfs(found))), self.samples)
-        length = self.length * np.exp(found @ self.growth[: found.shape[-1]])
-        return curves * length[..., None, None].astype(curves.dtype)
+        q = self.srvfs(found)
+        return curves_of(q, self.samples, self.length * np.exp(found @ self.growth[: found.shape[-1]]))
 
     def sample(self, key: jax.Array, n: int) -> np.ndarray:
         """`n` curves `(n, d, samples)` whose scores are normal, with the deviations found."""

@@ -12,7 +12,7 @@ from jaxtyping import ArrayLike
 from ..elastic._preshape import project_tangent
 from ._mean import Mean
 from ._permutation import PermutationTest, p_value
-from ._tangent import exp, sampled, vertices
+from ._tangent import curves_of, exp
 
 _AT_ONCE = 512
 
@@ -73,8 +73,7 @@ class ShapeRegression:
         x = as_numbers(x, None, len(self.slopes))
         v = jnp.asarray(self.intercept + np.tensordot(x, self.slopes, axes=1), self.base.dtype)
         base = jnp.broadcast_to(jnp.asarray(self.base), v.shape)
-        q = exp(base, project_tangent(base, v))
-        return sampled(np.asarray(vertices(q)), self.samples) * np.asarray(self.length, self.base.dtype)
+        return curves_of(exp(base, project_tangent(base, v)), self.samples, self.length)
 
 
 def as_numbers(x: ArrayLike | Sequence, count: int | None, columns: int | None = None) -> np.ndarray:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from elastic.shapes import fourier, moved
 
-from curvematch_jax import Aligner, centre, elastic_distance, geodesic, resample
+from curvematch_jax import Aligner, centre, elastic_distance, geodesic, length, resample
 from curvematch_jax.datasets import leaves
 from curvematch_jax.elastic._geodesic import path_length
 from curvematch_jax.statistics import karcher_mean, karcher_median
@@ -26,6 +26,8 @@ def test_copies_of_different_size_have_the_curve_as_mean():
     assert apart(mean.curve, curve) < 2e-5
     assert bool(mean.converged)
     assert np.allclose(mean.scale * [1, 2, 4], 2, rtol=1e-4)  # of the geometric mean of the lengths
+    assert np.allclose(length(mean.curve), 2 * length(curve), rtol=1e-5)
+    assert np.allclose(length(mean.aligned), 2 * length(curve), rtol=1e-5)
 
 
 @pytest.mark.parametrize(("n", "most"), [(100, 0.02), pytest.param(200, 0.008, marks=pytest.mark.slow)])
