@@ -157,6 +157,15 @@ def _result(descent: Descent, state: State, history, gradient, back: np.ndarray,
     )
 
 
+def as_mean(name: str, mean: Mean) -> Mean:
+    """A mean of one group; `ValueError` for those of several, and for anything else."""
+    if not isinstance(mean, Mean):
+        raise ValueError(f"{name} is no mean: give what karcher_mean or karcher_median of curves returns.")
+    if mean.srvf.ndim != 2:
+        raise ValueError(f"{name} has groups {mean.srvf.shape[:-2]}: give the mean of one group.")
+    return mean
+
+
 _OF_EACH_CURVE = ("aligned", "rotation", "warp", "scale", "tangents", "distances", "weights", "lengths")
 
 

@@ -63,6 +63,14 @@ def norm_of(v: Float[Array, "*b d n"]) -> Float[Array, "*b"]:
     return jnp.sqrt(inner(v, v))
 
 
+def shapes_at(base: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """`exp` at one base `(d, N)`, in its dtype, of vectors `(*b, d, N)`, which are made tangent. Errors as `exp`."""
+    with np.errstate(over="ignore"):  # infinite vectors are refused
+        vectors = jnp.asarray(v.astype(base.dtype))
+    spread = jnp.broadcast_to(jnp.asarray(base), vectors.shape)
+    return np.asarray(exp(spread, project_tangent(spread, vectors)))
+
+
 @jax.jit
 def vertices(q: Float[AnyArray, "*b d n"]) -> Float[Array, "*b d n"]:
     """The polygon of unit length whose sides have the SRVF `q`, its vertices' mean at the origin."""
