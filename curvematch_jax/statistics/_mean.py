@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import ArrayLike
@@ -157,7 +157,7 @@ def _result(descent: Descent, state: State, history, gradient, back: np.ndarray,
     )
 
 
-def as_mean(name: str, mean: Mean) -> Mean:
+def as_mean(name: str, mean: Any) -> Mean:
     """A mean of one group; `ValueError` for those of several, and for anything else."""
     if not isinstance(mean, Mean):
         raise ValueError(f"{name} is no mean: give what karcher_mean or karcher_median of curves returns.")
