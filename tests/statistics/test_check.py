@@ -27,7 +27,17 @@ def fixture_components(mean):
 
 @pytest.mark.parametrize(
     "values",
-    ["a", None, ["a", "b"], [1j], [[1], [1, 2]], [np.nan], [np.inf], [None, 1.0], np.ma.masked_array([1, 2], [0, 1])],
+    [
+        "a",
+        None,
+        ["a", "b"],
+        [1j],
+        [[1], [1, 2]],
+        [np.nan],
+        [np.inf],
+        [None, 1.0],
+        np.ma.masked_array([1, 2], [False, True]),
+    ],
 )
 def test_other_things_than_finite_real_numbers_are_refused(values):
     with pytest.raises(ValueError, match=r"^x "):
