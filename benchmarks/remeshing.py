@@ -105,7 +105,7 @@ def measured(models: Sequence[Parted]) -> dict[str, dict[str, float]]:
         pairs = [(made[first], made[name]) for _, made in models]
         values = [compared(*pair) for pair in pairs]
         rows[name] = {key: float(np.mean([value[key] for value in values])) for key in values[0]}
-        rows[name] |= separated(*zip(*pairs, strict=True), labels)
+        rows[name] |= separated([one for one, _ in pairs], [other for _, other in pairs], labels)
         say(f"{name:15s}" + "  ".join(f"{key} {value:.3f}" for key, value in rows[name].items()))
     return rows
 

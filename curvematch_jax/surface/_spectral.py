@@ -114,5 +114,6 @@ def _lowest(matrix: sp.csc_array, count: int, start: np.ndarray) -> Any:
         return scipy.linalg.eigh(matrix.toarray(), subset_by_index=(0, count - 1))
     solver = factors(matrix - _SHIFT * sp.eye_array(len(start)))
     operator: Any = scipy.sparse.linalg.LinearOperator
+    lanczos: Any = scipy.sparse.linalg.eigsh
     inverse = operator(matrix.shape, matvec=solver.solve, dtype=matrix.dtype)
-    return scipy.sparse.linalg.eigsh(matrix, count, sigma=_SHIFT, v0=start, tol=_TOLERANCE, OPinv=inverse)
+    return lanczos(matrix, count, sigma=_SHIFT, v0=start, tol=_TOLERANCE, OPinv=inverse)
