@@ -29,9 +29,6 @@ _TIME = 0.05
 # Eigenvalues are looked for next to this value, with the area as unit: just below 0, where the matrix is regular.
 _SHIFT = -1e-2
 
-# How far eigenvectors may be off. Eigenvalues are off by its square, and a quarter of the steps is saved.
-_TOLERANCE = 1e-7
-
 # With fewer vertices than this times the eigenpairs, the dense matrix is the quicker way to them.
 _DENSE = 4
 
@@ -114,6 +111,5 @@ def _lowest(matrix: sp.csc_array, count: int, start: np.ndarray) -> Any:
         return scipy.linalg.eigh(matrix.toarray(), subset_by_index=(0, count - 1))
     solver = factors(matrix - _SHIFT * sp.eye_array(len(start)))
     operator: Any = scipy.sparse.linalg.LinearOperator
-    lanczos: Any = scipy.sparse.linalg.eigsh
     inverse = operator(matrix.shape, matvec=solver.solve, dtype=matrix.dtype)
-    return lanczos(matrix, count, sigma=_SHIFT, v0=start, tol=_TOLERANCE, OPinv=inverse)
+    return scipy.sparse.linalg.eigsh(matrix, count, sigma=_SHIFT, v0=start, OPinv=inverse)
