@@ -30,7 +30,7 @@ class Elastic(Aligner):
 
     rounds: tuple[Round, ...] = (Round(24, 24, 8), Round(5, 72, 10), Round(2, 216, 8))
     paths: int = 1
-    steps: int = 4
+    steps: int = 5
     knots: int = 256
     nodes: int = 2
     chunk: int = 32
