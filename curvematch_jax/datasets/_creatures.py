@@ -1,5 +1,6 @@
 """Generated creatures: labelled, articulated, closed surfaces, the same for the same seed."""
 
+import itertools as it
 import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ import numpy as np
 from ..surface import Mesh
 from ._implicit import surface
 from ._plans import PLANS
-from ._skeleton import Capsules, Plan, draw_build, draw_pose, place, rest_pose
+from ._skeleton import Capsules, draw_build, draw_pose, place, rest_pose
 
 CREATURES: tuple[str, ...] = tuple(PLANS)
 """The classes there are. `centaur` is composed of `horse` and `human`; `teapot` has a handle."""
@@ -46,9 +47,8 @@ def creature(kind: str, pose: int = 0, seed: int = 0, vertices: int = 3000) -> C
     if pose < 0 or seed < 0 or vertices < 1:
         raise ValueError(f"pose {pose}, seed {seed} and vertices {vertices} must be 0, 0 and 1 or more")
     plan = PLANS[kind]()
-    rng = np.random.default_rng([seed, zlib.crc32(kind.encode()), pose])
-    for _ in range(_ATTEMPTS):
-        points, faces = surface(_individual(plan, rng, at_rest=pose == 0), vertices)
+    for capsules in it.islice(individuals(kind, pose, seed), _ATTEMPTS):
+        points, faces = surface(capsules, vertices)
         if _is_whole(faces, len(points), plan.genus):
             return Creature(Mesh(points, faces, f"{kind}{pose}"), kind)
     raise RuntimeError(f"no {kind} whose limbs do not touch in {_ATTEMPTS} attempts: its plan needs narrower joints")
@@ -78,9 +78,13 @@ def _check_kinds(kinds: Sequence[str]) -> None:
         raise ValueError(f"no creature is called {', '.join(unknown)}; there are {', '.join(CREATURES)}")
 
 
-def _individual(plan: Plan, rng: np.random.Generator, at_rest: bool) -> Capsules:
-    build = draw_build(plan, rng)
-    return place(plan, build, rest_pose(plan) if at_rest else draw_pose(plan, rng))
+def individuals(kind: str, pose: int, seed: int) -> Iterator[Capsules]:
+    """Attempts at one creature: the first whose surface is whole is the creature."""
+    plan = PLANS[kind]()
+    rng = np.random.default_rng([seed, zlib.crc32(kind.encode()), pose])
+    while True:
+        build = draw_build(plan, rng)
+        yield place(plan, build, rest_pose(plan) if pose == 0 else draw_pose(plan, rng))
 
 
 def _is_whole(faces: np.ndarray, count: int, genus: int) -> bool:

@@ -20,9 +20,14 @@ def surface(capsules: Capsules, vertices: int) -> tuple[np.ndarray, np.ndarray]:
 
     `vertices` is approximate, and exceeded where thin limbs need it.
     """
-    edge = min(np.sqrt(_area(capsules) / (_DENSITY * vertices)), _COARSEST * capsules.thinnest)
-    points, faces = _level_set(capsules, edge)
+    edge = edge_for(capsules, vertices)
+    points, faces = level_set(capsules, edge)
     return _evened(capsules, points, faces, step=edge), faces
+
+
+def edge_for(capsules: Capsules, vertices: int) -> float:
+    """The edge of the grid on which the surface has about so many vertices, and holds together."""
+    return min(float(np.sqrt(_area(capsules) / (_DENSITY * vertices))), _COARSEST * capsules.thinnest)
 
 
 def signed_distance(capsules: Capsules, points: np.ndarray, margin: float) -> np.ndarray:
@@ -67,24 +72,24 @@ def _area(capsules: Capsules) -> float:
     return float(0.8 * np.sum(2 * np.pi * thickness * (lengths + thickness)))
 
 
-def _level_set(capsules: Capsules, edge: float) -> tuple[np.ndarray, np.ndarray]:
-    """manifold3d's level set of the whole grid at once.
+def level_set(capsules: Capsules, edge: float) -> tuple[np.ndarray, np.ndarray]:
+    """manifold3d's level set of the whole grid at once, with the triangles as they come.
 
     It asks a Python function for one grid point at a time, in a fixed order. So the first pass only notes the
     points, numpy evaluates them all, and the second pass replays the values.
     """
-    level_set: Callable = require("manifold3d", "prep", "generating a creature").Manifold.level_set
+    march: Callable = require("manifold3d", "prep", "generating a creature").Manifold.level_set
     reach = capsules.radii.max(axis=1, keepdims=True) + 2 * edge
     low = np.minimum(capsules.starts, capsules.tips) - reach
     high = np.maximum(capsules.starts, capsules.tips) + reach
     bounds = [*low.min(axis=0), *high.max(axis=0)]
     asked: list[tuple[float, ...]] = []
     # `append` returns None, so every point is noted and counted as outside.
-    level_set(lambda *point: asked.append(point) or -1.0, bounds, edge)
+    march(lambda *point: asked.append(point) or -1.0, bounds, edge)
     grid = np.fromiter(it.chain.from_iterable(asked), float, 3 * len(asked)).reshape(-1, 3)
     # manifold3d counts the inside as positive.
     values = iter((-signed_distance(capsules, grid, margin=2 * edge)).tolist())
-    mesh = level_set(lambda *_: next(values), bounds, edge).to_mesh64()
+    mesh = march(lambda *_: next(values), bounds, edge).to_mesh64()
     return np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64)
 
 

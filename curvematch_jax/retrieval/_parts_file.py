@@ -26,7 +26,7 @@ from ._files import replacing, short
 from ._settings import require_same_extraction
 
 # Also to be raised when extraction gives other parts from the same mesh: the key of a source depends on it.
-PARTS_FORMAT = 6
+PARTS_FORMAT = 7
 
 # The kinds of dtype (`numpy.dtype.kind`) of all fields.
 _KINDS = {name: "b" if name == "mask" else "f" for name in ARRAYS}

@@ -56,7 +56,7 @@ class Extraction:
             times as many vertices is decimated to twice as many.
         min_parts: how many parts an object has at least; farthest points make up for feature points that are not there.
         smoothing: before anything is measured, waves on the surface that are shorter than some six times this, in
-            square roots of its area, are taken off; 0 leaves it as it is.
+            square roots of its area, are taken off, from rough surfaces repeatedly; 0 leaves it as it is.
     """
 
     epsilon: float = 0.05

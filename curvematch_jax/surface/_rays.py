@@ -1,27 +1,31 @@
 """Where rays meet triangles: all rays from the origin, or a grid of parallel ones. Exact, and without a library."""
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from ._topology import cross
 
 _SLACK = 1e-9  # rays along an edge meet both of its triangles, and never slip between them
+_GAP = 1e-7  # radians: an arc cosine next to 1 is good to the root of the last digit
 
 
-def reach(triangles: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """The farthest intersection of rays from the origin with triangles; 0 where there is none.
+def reach(triangles: np.ndarray, polar: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    """The farthest intersection of rays from the origin with triangles, `(p, a)`; 0 where there is none.
 
     Args:
         triangles: `(f, 3, 3)`, corners in rows.
-        directions: `(r, 3)`, of unit length.
+        polar: `(p,)` angles of the rays with the z axis, `(k + 1/2) pi / p`.
+        azimuth: `(a,)` angles around it, `2 pi k / a`.
     """
-    triangle, ray = _in_cones(triangles, directions)
+    rows, columns = np.meshgrid(polar, azimuth, indexing="ij")
+    directions = np.stack([np.sin(rows) * np.cos(columns), np.sin(rows) * np.sin(columns), np.cos(rows)], axis=-1)
+    triangle, cell = _in_cones(triangles, len(polar), len(azimuth))
+    cell[:, 1] %= len(azimuth)
     sides = _sides(triangles)
-    shares, whole = _barycentric(sides[triangle], directions[ray])
+    shares, whole = _barycentric(sides[triangle], directions[tuple(cell.T)])
     met = (shares >= -_SLACK).all(axis=1)
     volume = (triangles[:, 0] * sides[:, 0]).sum(axis=1)
-    farthest = np.zeros(len(directions))
-    np.maximum.at(farthest, ray[met], volume[triangle[met]] / whole[met])
+    farthest = np.zeros(rows.shape)
+    np.maximum.at(farthest, tuple(cell[met].T), volume[triangle[met]] / whole[met])
     return farthest
 
 
@@ -66,25 +70,39 @@ def _barycentric(sides: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray,
     return volumes / whole[:, None], whole
 
 
-def _in_cones(triangles: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles and rays that may meet, as index pairs: the rays in a cone about each triangle."""
+def _in_cones(triangles: np.ndarray, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles and rays `(p, 2)` that may meet: those in the angles between which a cone about each triangle is.
+
+    Rows and columns of rays are those of `reach`; columns are counted on beyond the last one.
+    """
     tiny = np.finfo(float).tiny
     outwards = triangles / np.maximum(np.linalg.norm(triangles, axis=2, keepdims=True), tiny)
     middle = outwards.sum(axis=1)
     middle /= np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), tiny)
     cosine = np.einsum("fki,fi->fk", outwards, middle).min(axis=1)
     # A cone below half a space is convex: it holds the triangle with its corners. Otherwise all rays are looked at.
-    chord = np.where(cosine > 0, np.sqrt(np.maximum(2 - 2 * cosine, 0)), 2) + _SLACK
-    rays = KDTree(directions).query_ball_point(middle, chord)
-    return np.repeat(np.arange(len(rays)), [len(found) for found in rays]), np.concatenate(rays).astype(int)
+    width = np.where(cosine > 0, np.arccos(np.clip(cosine, 0, 1)), np.pi) + _GAP
+    polar, azimuth = np.arccos(np.clip(middle[:, 2], -1, 1)), np.arctan2(middle[:, 1], middle[:, 0])
+    first = np.clip(np.ceil((polar - width) * rows / np.pi - 0.5), 0, rows).astype(int)
+    last = np.clip(np.floor((polar + width) * rows / np.pi - 0.5), -1, rows - 1).astype(int)
+    around = (width >= polar) | (width >= np.pi - polar)  # a cone about a pole
+    half = np.arcsin(np.where(around, 0, np.sin(width) / np.maximum(np.sin(polar), tiny)).clip(0, 1)) + _GAP
+    start = np.where(around, 0, np.ceil((azimuth - half) * columns / (2 * np.pi))).astype(int)
+    end = np.where(around, columns - 1, np.floor((azimuth + half) * columns / (2 * np.pi))).astype(int)
+    return _cells(np.stack([first, start], axis=1), np.stack([last, end], axis=1))
 
 
 def _in_boxes(triangles: np.ndarray, pixels: int) -> tuple[np.ndarray, np.ndarray]:
     """Triangles `(f, 3, 2)` and pixels `(p, 2)` that may meet: those in the box about each triangle."""
     first = np.clip(np.ceil(triangles.min(axis=1) - _SLACK), 0, pixels).astype(int)
     last = np.clip(np.floor(triangles.max(axis=1) + _SLACK), -1, pixels - 1).astype(int)
+    return _cells(first, last)
+
+
+def _cells(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All cells `(c, 2)` of the rectangles from `first` to `last`, `(f, 2)`, and the rectangle of each, `(c,)`."""
     size = np.maximum(last - first + 1, 0)
     count = size.prod(axis=1)
-    triangle = np.repeat(np.arange(len(triangles)), count)
-    place = np.arange(len(triangle)) - np.repeat(np.cumsum(count) - count, count)
-    return triangle, first[triangle] + np.stack(np.divmod(place, size[triangle, 1]), axis=1)
+    box = np.repeat(np.arange(len(first)), count)
+    place = np.arange(len(box)) - np.repeat(np.cumsum(count) - count, count)
+    return box, first[box] + np.stack(np.divmod(place, size[box, 1]), axis=1)

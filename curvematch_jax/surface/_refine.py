@@ -35,24 +35,43 @@ def refine(vertices: np.ndarray, faces: np.ndarray, longest: float, most: int) -
         most: how many vertices there may be.
     """
     faces, piece = flip_edges(vertices, faces, flat_pieces(vertices, faces))
-    steps = max(int(np.ceil(np.log2(edge_lengths(vertices, faces).max() / longest))), 0)
+    table, length, between = _measured(vertices, faces, piece)
+    steps = max(int(np.ceil(np.log2(length.max() / longest))), 0)
     for wanted in longest * 2.0 ** np.arange(steps, -1, -1):
-        while True:
-            table = edges(faces)
-            length = edge_lengths(vertices, faces, table)
-            long = _between_pieces(faces, piece, table) & (length > wanted)
-            if not long.any():
-                long = length > INNER * wanted
-            if not long.any():
-                break
+        while (long := _long(length, between, wanted)).any():
             if len(vertices) + long.sum() > most:
                 return None
-            middle = np.full(len(long), -1)
-            middle[long] = len(vertices) + np.arange(long.sum())
-            vertices = np.concatenate([vertices, vertices[table.ends[long]].mean(axis=1)])
-            faces, parent = _split(vertices, faces, middle[table.of_halfedge].reshape(3, -1).T)
+            vertices, faces, parent = halve(vertices, faces, table, long)
             faces, piece = flip_edges(vertices, faces, piece[parent])
+            table, length, between = _measured(vertices, faces, piece)
     return vertices, faces
+
+
+def _measured(vertices: np.ndarray, faces: np.ndarray, piece: np.ndarray) -> tuple[Edges, np.ndarray, np.ndarray]:
+    """The edges, their lengths, and whether the faces of each are not of one flat piece."""
+    table = edges(faces)
+    return table, edge_lengths(vertices, faces, table), _between_pieces(faces, piece, table)
+
+
+def _long(length: np.ndarray, between: np.ndarray, wanted: float) -> np.ndarray:
+    """Which edges are to be halved: those between pieces, and where none of them is left, those inside."""
+    long = between & (length > wanted)
+    return long if long.any() else length > INNER * wanted
+
+
+def halve(
+    vertices: np.ndarray, faces: np.ndarray, table: Edges, chosen: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Put a new vertex into the middle of each chosen edge, `(e,)` bool, and cut the faces on it.
+
+    Returns:
+        vertices, the old ones first; faces; and for each face the old one that it is a piece of.
+    """
+    middle = np.full(len(chosen), -1)
+    middle[chosen] = len(vertices) + np.arange(chosen.sum())
+    vertices = np.concatenate([vertices, vertices[table.ends[chosen]].mean(axis=1)])
+    faces, parent = _split(vertices, faces, middle[table.of_halfedge].reshape(3, -1).T)
+    return vertices, faces, parent
 
 
 def _between_pieces(faces: np.ndarray, piece: np.ndarray, table: Edges) -> np.ndarray:

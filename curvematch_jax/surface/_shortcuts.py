@@ -61,7 +61,7 @@ def _lines(faces: np.ndarray, length: np.ndarray, opposite: np.ndarray) -> list[
     tail = faces.T.ravel()
     a, b, shape = _unfolded(length, length[after], length[after[after]])
     # The source, where the line began (one that comes back there is no shortest way), the window, its ends and view.
-    seeing = (opposite[after] >= 0) & _wide(a, b)
+    seeing = (opposite[after] >= 0) & _wide(_cross(a, b), a, b)
     state = tuple(x[seeing] for x in (tail, after, after, a, b, a, b))
     found = []
     for _ in range(_DEPTH):
@@ -72,23 +72,28 @@ def _lines(faces: np.ndarray, length: np.ndarray, opposite: np.ndarray) -> list[
         first = after[across]  # from A to the new vertex
         second = after[first]  # from it to B
         w = b + shape[across] * (a - b)
-        right, left = _cross(low, w) > 0, _cross(w, high) > 0
-        seen = right & left
-        found.append((source[seen], tail[second[seen]], np.abs(w[seen])))
         # Through the edge from A to the new vertex goes what is seen to the right of that vertex, and so on.
-        lowest, highest = np.where(seen, w, low), np.where(seen, w, high)
-        right &= (first != opposite[begun]) & (opposite[first] >= 0) & _wide(low, highest)
-        left &= (second != opposite[begun]) & (opposite[second] >= 0) & _wide(lowest, high)
+        to_right, to_left = _cross(low, w), _cross(w, high)
+        right, left = to_right > 0, to_left > 0
+        seen = np.flatnonzero(right & left)
+        at = w[seen]
+        found.append((source[seen], tail[second[seen]], np.abs(at)))
+        # A vertex in view leaves two narrower ones; others leave it as wide as it was.
+        right[seen], left[seen] = _wide(to_right[seen], low[seen], at), _wide(to_left[seen], at, high[seen])
+        lowest, highest = low.copy(), high.copy()
+        lowest[seen] = highest[seen] = at
+        right &= (first != opposite[begun]) & (opposite[first] >= 0)
+        left &= (second != opposite[begun]) & (opposite[second] >= 0)
         right, left = np.flatnonzero(right), np.flatnonzero(left)
         ways = (source, begun, first, a, w, low, highest), (source, begun, second, w, b, lowest, high)
         state = tuple(np.concatenate([x[right], y[left]]) for x, y in zip(*ways, strict=True))
     return found
 
 
-def _wide(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Whether the angle from `low` to `high` is more than the narrowest that is looked into."""
+def _wide(crossed: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Whether the angle from `low` to `high`, of this cross product, is more than the narrowest that is looked into."""
     along = np.real(low) * np.real(high) + np.imag(low) * np.imag(high)
-    return _cross(low, high) > np.tan(_NARROWEST) * np.maximum(along, 0)
+    return crossed > np.tan(_NARROWEST) * np.maximum(along, 0)
 
 
 def _unfolded(

@@ -58,11 +58,8 @@ def image_magnitudes(image: np.ndarray) -> np.ndarray:
 
 def reach_magnitudes(triangles: np.ndarray) -> np.ndarray:
     """`|c_lm|` `(136,)` of the reach of triangles `(f, 3, 3)`, by order `0 <= m < 16`, then by degree `m <= l < 16`."""
-    polar, azimuth = np.meshgrid(POLAR, AZIMUTH, indexing="ij")
-    grid = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1)
-    values = reach(triangles, grid.reshape(-1, 3)).reshape(polar.shape)
     order, _ = np.triu_indices(DEGREES)
-    waves = np.fft.rfft(values, axis=1).T[order]
+    waves = np.fft.rfft(reach(triangles, POLAR, AZIMUTH), axis=1).T[order]
     return np.abs((_harmonics() * waves).sum(axis=1))
 
 

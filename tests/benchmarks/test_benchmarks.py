@@ -161,6 +161,11 @@ def test_what_cannot_be_measured_is_said_in_one_line(tmp_path, capsys):
     ]
 
 
+def test_one_folder_cannot_be_compared_with_itself(capsys):
+    assert main(["remeshing", "--raw", "meshes"]) == 2
+    assert "give both or none" in capsys.readouterr().err
+
+
 def test_results_are_rounded_and_appear_whole(tmp_path):
     assert rounded({"a": [1.23456789e-7, 3], "b": None}) == {"a": [1.2346e-7, 3], "b": None}
     write(tmp_path / "new" / "a.json", {"a": 1})

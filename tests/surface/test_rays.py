@@ -5,16 +5,40 @@ from surface.shapes import cube, sphere
 from curvematch_jax.surface._rays import depths, reach
 
 
+def directions(polar: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    rows, columns = polar[:, None], azimuth[None]
+    return np.stack(
+        np.broadcast_arrays(np.sin(rows) * np.cos(columns), np.sin(rows) * np.sin(columns), np.cos(rows)), -1
+    )
+
+
+def grid(count: int) -> tuple[np.ndarray, np.ndarray]:
+    return (np.arange(count) + 0.5) * np.pi / count, 2 * np.pi * np.arange(count) / count
+
+
+def slabs(low: np.ndarray, high: np.ndarray, rays: np.ndarray) -> np.ndarray:
+    """Where rays from the origin leave a box, 0 where they miss it."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.stack([low / rays, high / rays])
+    enter, leave = np.nanmax(ends.min(axis=0), axis=-1), np.nanmin(ends.max(axis=0), axis=-1)
+    return np.where((leave >= enter) & (leave >= 0), leave, 0)
+
+
+@pytest.mark.parametrize(
+    "corner", [[-0.5, -0.5, -0.5], [-0.3, -0.9, -0.2], [0.4, -0.3, -0.4], [-2, 0.3, 0.6], [-0.4, -0.4, 0.1], [3, 3, -9]]
+)
+@pytest.mark.parametrize("count", [7, 16])
+def test_reach_is_where_rays_leave_a_box(corner, count):
+    box = cube(3).vertices + corner
+    rays = grid(count)
+    expected = slabs(box.min(axis=0), box.max(axis=0), directions(*rays))
+    np.testing.assert_allclose(reach(box[cube(3).faces], *rays), expected, atol=1e-12)
+
+
 def test_reach_is_the_farthest_intersection_on_that_side():
     boxes = np.concatenate([(cube().vertices + offset)[cube().faces] for offset in ([1, -0.3, -0.4], [4, -0.3, -0.4])])
-    directions = np.array([[1, 0, 0], [-1, 0, 0], [0, 0, 1], [0.96, 0.28, 0]])
-    np.testing.assert_allclose(reach(boxes, directions), [5, 0, 0, 2 / 0.96])
-
-
-def test_rays_through_edges_and_corners_meet_the_surface():
-    box = cube(2).vertices - 0.5
-    directions = box / np.linalg.norm(box, axis=1, keepdims=True)
-    np.testing.assert_allclose(reach(box[cube(2).faces], directions), np.linalg.norm(box, axis=1))
+    found = reach(boxes, *grid(3))
+    np.testing.assert_allclose(found[1], [5, 0, 0], atol=1e-12)
 
 
 def test_depths_of_the_sphere():
