@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from elastic.aligners import COARSE
+from elastic.aligners import COARSE, LEAN
 
 from curvematch_jax.elastic import Rigid, pair_distances
 from curvematch_jax.retrieval import Matching
@@ -113,7 +113,7 @@ def test_shortlist_takes_the_nearest_of_each_object():
 
 @pytest.mark.parametrize(
     "settings",
-    [dataclasses.replace(Matching.paper(), aligner=COARSE), pytest.param(Matching.elastic(), marks=pytest.mark.slow)],
+    [dataclasses.replace(Matching.paper(), aligner=LEAN), pytest.param(Matching.elastic(), marks=pytest.mark.slow)],
     ids=["paper", "elastic"],
 )
 def test_candidates_only_ever_leave_out_nearer_parts(settings, make_parts):
