@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import jax.numpy as jnp
+import numpy as np
 
 from curvematch_jax.elastic import Aligner, Alignment, Elastic, Rigid, Round, resample, to_srvf
 
@@ -28,7 +29,7 @@ class StartOnly(Aligner):
 
     def align(self, first, second):
         n, d = self.samples, first.shape[1]
-        shifted = second[:, :, (jnp.arange(n)[:, None] + jnp.arange(n)) % n]
+        shifted = second[:, :, np.add.outer(np.arange(n), np.arange(n)) % n]
         cosines = jnp.einsum("bdn,bdsn->sb", first, shifted) / n
         time = jnp.broadcast_to(jnp.arange(n + 1, dtype=first.dtype) / n, (len(first), n + 1))
         shift = jnp.argmax(cosines, axis=0).astype(first.dtype)[:, None] / n
