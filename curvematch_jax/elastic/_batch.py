@@ -34,7 +34,7 @@ def distance_matrix(
     """Elastic distances `(A, B)`, in radians, of all pairs of closed curves `(A, d, n)` and `(B, d, n)`.
 
     Without `b`, of `a` with itself, each pair computed once. Memory beyond the result is the curves' tables (about
-    11 KB a curve of 100 samples in float32) and a few chunks, however many pairs there are.
+    35 KB a curve in R^3 in float32) and a few chunks, however many pairs there are.
 
     Args:
         aligner: `Aligner.fast()` unless given.
@@ -98,7 +98,7 @@ def pair_distances(
 def tabulate(curves: ArrayLike, aligner: Aligner | None = None) -> Tables:
     """What alignment needs to know of closed curves `(C, d, n)`, for `pair_distances`.
 
-    With `Aligner.rigid()` 768 bytes a curve in float32, whatever n; else about 11 KB a curve of 100 samples.
+    With `Aligner.rigid()` 768 bytes a curve in float32, whatever n; else about 35 KB a curve in R^3.
     Raises `ValueError` as `align`.
     """
     return tables_of(_checked("curves", curves), as_aligner(aligner, Aligner.fast))

@@ -28,9 +28,9 @@ class Elastic(Aligner):
         chunk: pairs computed at once.
     """
 
-    rounds: tuple[Round, ...] = (Round(32, 24, 5), Round(6, 72, 6), Round(2, 216, 6))
+    rounds: tuple[Round, ...] = (Round(24, 24, 8), Round(5, 72, 10), Round(2, 216, 8))
     paths: int = 1
-    steps: int = 4
+    steps: int = 5
     knots: int = 256
     nodes: int = 2
     chunk: int = 32
@@ -61,8 +61,9 @@ class Elastic(Aligner):
     @staticmethod
     def accurate() -> Elastic:
         """The best alignment known, at about a seventh of the speed."""
-        rounds = Round(64, 32, 6), Round(16, 96, 8), Round(6, 288, 8)
-        return Elastic(rounds, paths=3, steps=4, knots=512, chunk=16)
+        # The second round has the grid of the first, with the rotations that the paths of the first ask for.
+        rounds = Round(48, 32, 10), Round(24, 32, 12), Round(10, 96, 16), Round(4, 288, 12)
+        return Elastic(rounds, paths=2, steps=6, knots=512, chunk=16)
 
     def tabulate(self, curve: Float[AnyArray, "b d n"]) -> CurveTable:
         return tabulate(curve)

@@ -16,10 +16,9 @@ from ._lanes import dot, rotate
 from ._refine import refine, warps_of
 from ._rotation import best_rotation
 from ._start import Peak, best_start, shift_covariances
-from ._tables import CurveTable, tabulate
+from ._tables import CAPACITY, CurveTable, tabulate
 
 _KNOTS, _STEPS, _NODES = 256, 3, 2
-_TIMES = 2048  # one to an entry: here arc length is all that relates the parameters of the curves
 
 
 class RigidTable(NamedTuple):
@@ -50,7 +49,7 @@ class Rigid(Aligner):
         check_least(self, {"grid": 8, "chunk": 1})
 
     def tabulate(self, curve: Float[AnyArray, "b d n"]) -> RigidTable:
-        table = tabulate(curve, _TIMES)
+        table = tabulate(curve, CAPACITY)  # here arc length is all that relates the parameters of the curves
         size = table.tangents.shape[-1]
         if size % self.grid:
             raise ValueError(f"Rigid.grid = {self.grid}: it has to divide {size}.")

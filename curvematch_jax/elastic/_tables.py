@@ -10,13 +10,13 @@ from jaxtyping import Array, Float, Int
 
 from ._curve import norm, velocity
 from ._frame import AnyArray
-from ._lanes import filled, running_sum
+from ._lanes import filled, fusion_barrier, running_sum
 from ._lookup import divided, nearest
 
-CAPACITY = 2048
+CAPACITY = 1024
 _PER_SAMPLE = 10  # entries to a sample of the curve, where there is room
 TANGENTS = 768  # entries at equal arc lengths
-_TIMES = 256
+_TIMES = 64
 
 
 class CurveTable(NamedTuple):
@@ -54,9 +54,7 @@ def _velocity(curve: Float[AnyArray, "b d n"], count: int) -> Float[Array, "b d 
 
 @ft.partial(jax.jit, static_argnums=2)
 def _tables(speed_vector: Float[Array, "b d c"], count: Int[Array, ""], times: int) -> CurveTable:
-    speed = jnp.asarray(norm(speed_vector))
-    mean = jnp.sum(speed, axis=-1, keepdims=True) / count.astype(speed.dtype)
-    srvf = speed_vector / jnp.sqrt(jnp.where(speed > 0, speed, 1) * jnp.where(mean > 0, mean, 1))[:, None]
+    srvf, speed = fusion_barrier(_srvf, count > 0, speed_vector, count)
     counts = filled(0, jax.ShapeDtypeStruct(speed.shape[:1], count.dtype), speed) + count
     at = _times(speed, count, times)
     direction = jnp.moveaxis(nearest(srvf, counts, divided(at, TANGENTS)[:, :-1]), 0, 1)
@@ -64,13 +62,19 @@ def _tables(speed_vector: Float[Array, "b d c"], count: Int[Array, ""], times: i
     return CurveTable(srvf, counts, _sums(srvf, count), direction / jnp.where(size > 0, size, 1), at)
 
 
+def _srvf(speed_vector: Float[Array, "b d c"], count: Int[Array, ""]):
+    """The SRVF of unit norm, and the speed."""
+    speed = jnp.asarray(norm(speed_vector))
+    mean = jnp.sum(speed, axis=-1, keepdims=True) / count.astype(speed.dtype)
+    return speed_vector / jnp.sqrt(jnp.where(speed > 0, speed, 1) * jnp.where(mean > 0, mean, 1))[:, None], speed
+
+
 def _sums(srvf: Float[Array, "b d c"], count: Int[Array, ""]) -> Float[Array, "b d c+1"]:
     """The integral of what is linear between the entries of `srvf`."""
-    before = running_sum(srvf)
-    inside = jnp.arange(srvf.shape[-1], dtype=jnp.int32) < count
-    before = before + jnp.where(inside[None, None], (srvf - srvf[..., :1]) / 2, 0)
-    whole = before[..., -1:] + (srvf[..., -1:] + srvf[..., :1]) / 2
-    return jnp.concatenate([before, whole], axis=-1) / count.astype(srvf.dtype)
+    sums = running_sum(srvf, own=0.5)
+    sums = jnp.concatenate([sums, sums[..., -1:] + srvf[..., -1:] / 2], axis=-1)
+    inside = jnp.arange(sums.shape[-1], dtype=jnp.int32) < count  # at the whole turn, the first entry counts again
+    return (sums - jnp.where(inside[None, None], srvf[..., :1] / 2, 0)) / count.astype(srvf.dtype)
 
 
 def _times(speed: Float[Array, "b c"], count: Int[Array, ""], entries: int) -> Float[Array, "b {entries}+1"]:
