@@ -13,7 +13,7 @@ its mirror image, the reflection with its samples in reverse, so that it runs ro
     nn, ft    nearest neighbour and first tier; the query does not count
     seconds   of the whole matrix, after a small call has compiled everything; mirrored: of both matrices
 
-`reranked` has the mirrored matrix after `rerank`, the diffusion among nearest neighbours, with k = 4, 6, 8, 10, 12 or
+`reranked` has the mirrored matrix after `rerank`, the diffusion among mutual neighbours, with k = 4, 6, 8, 10, 12 or
 15. The k is the one of the best bullseye among the outlines of every other class alone, in their order; `others` is
 the bullseye of the outlines of the rest.
 

@@ -64,7 +64,7 @@ class Aligner(abc.ABC):
 
     @staticmethod
     def accurate() -> Aligner:
-        """The best alignment known, at about a seventh of the speed."""
+        """The best alignment known, at about a fifth of the speed."""
         from ._elastic import Elastic
 
         return Elastic.accurate()

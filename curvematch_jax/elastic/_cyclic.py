@@ -22,9 +22,10 @@ def solve_cyclic(
     solved = solve_cyclic(
         even - after * after_share - behind(before * before_share),
         -after * before_share,
-        right_even - after_share * right_odd - behind(before_share * right_odd),
+        right_even - after_share[None] * right_odd - behind(before_share[None] * right_odd),
     )
-    between = right_odd / odd - after_share * solved - before_share * jnp.roll(solved, -1, axis=-1)
+    ahead = jnp.roll(solved, -1, axis=-1)
+    between = right_odd / odd[None] - after_share[None] * solved - before_share[None] * ahead
     return jnp.stack([solved, between], axis=-1).reshape(right.shape)
 
 

@@ -50,16 +50,21 @@ def write_curves(path: str | Path, curves: np.ndarray | Sequence, names: Sequenc
     """Closed curves, `(k, d, n)` or a list of `(d, n_i)`, to a file; its suffix says the format.
 
     - `.npz`: `points (sum n_i, d)`, `counts (k,)`, `names (k,)`.
-    - `.csv`: columns `curve,point,x,y[,z]`, a row for each sample.
+    - `.csv`: columns `curve,point,x,y[,z]`, or `curve,point,x0,x1,...` for d > 3, a row for each sample.
     - `.tps`: `LM=n`, n lines `x y`, `ID=name` (`LM3=` and three numbers in R^3).
 
     Raises `ValueError` for another suffix, other than closed curves of one dimension, and names that are not one for
-    each."""
+    each or would not come back: empty, with spaces at their ends, or with signs that do not print."""
     path = Path(path)
     listed = [_closed(f"curve {i}", curve) for i, curve in enumerate(curves)]
     names = [f"curve-{i}" for i in range(len(listed))] if names is None else [str(name) for name in names]
     if not listed or len(set(names)) != len(listed) or len({curve.shape[0] for curve in listed}) != 1:
         raise ValueError(f"{path}: give one curve or more, all of one dimension, and a name of its own for each.")
+    unfit = [name for name in names if not name or name != name.strip() or not name.isprintable()]
+    if unfit:
+        raise ValueError(
+            f"{path}: the name {unfit[0]!r} is empty, or has spaces at its ends or signs that do not print."
+        )
     if path.suffix.lower() not in CURVE_SUFFIXES:
         raise ValueError(f"{path}: not a format of curves; known are {', '.join(CURVE_SUFFIXES)}.")
     write = {".npz": _write_npz, ".csv": _write_csv, ".tps": _write_tps}[path.suffix.lower()]
@@ -94,6 +99,8 @@ def read_curves(path: str | Path) -> NamedCurves:
 
 def _closed(name: str, curve: ArrayLike) -> np.ndarray:
     """A checked curve, without its repeated end point."""
+    if np.ma.is_masked(curve) or np.iscomplexobj(curve):
+        raise ValueError(f"{name} hides samples, or is complex: give real numbers without gaps.")
     found = np.asarray(curve, float)
     if found.ndim != 2:
         raise ValueError(f"{name} has shape {found.shape}: give (d, n).")
@@ -154,7 +161,7 @@ def _write_csv(path: Path, curves: list[np.ndarray], names: list[str]) -> None:
 def _read_csv(path: Path) -> tuple[list[np.ndarray], list[str]]:
     with path.open(newline="", encoding="utf-8-sig") as file:
         rows = csv.DictReader(file, skipinitialspace=True, strict=True)
-        axes = [axis for axis in _AXES if axis in (rows.fieldnames or ())]
+        axes = [axis for axis in rows.fieldnames or () if axis in _AXES or (axis[:1] == "x" and axis[1:].isdecimal())]
         if "curve" not in (rows.fieldnames or ()) or len(axes) < 2:
             raise ValueError("the first line has to name the columns curve,point,x,y or curve,point,x,y,z.")
         points: dict[str, list[list[float]]] = {}

@@ -12,6 +12,7 @@ from ..elastic import resample
 
 _LEAST_PIXELS = 9
 _LEAST_POINTS = 8
+_MOST_SMOOTHING = 10_000
 
 
 class Outlines(NamedTuple):
@@ -47,8 +48,10 @@ def outlines_of(
         ImportError: without scikit-image (the extra `outlines`).
     """
     array = as_mask(image)
-    if n < _LEAST_POINTS or not smoothing >= 0:
-        raise ValueError(f"n = {n}, smoothing = {smoothing}: give 8 samples or more, and pixels that are not negative.")
+    if not isinstance(n, int | np.integer) or n < _LEAST_POINTS:
+        raise ValueError(f"n = {n!r}: give a whole number of samples, 8 or more.")
+    if not isinstance(smoothing, float | int | np.number) or not 0 <= smoothing <= _MOST_SMOOTHING:
+        raise ValueError(f"smoothing = {smoothing!r}: give pixels, 0 to {_MOST_SMOOTHING}.")
     curves, names, notes = [], [], []
     masks = {f"{name}-{label}": array == label for label in np.unique(array[array > 0])} if each else {name: array > 0}
     for title, mask in masks.items():
@@ -67,6 +70,8 @@ def outlines_of(
 
 def as_mask(image: ArrayLike) -> np.ndarray:
     """An image of one channel as an array of numbers, `(rows, columns)`; channels that are all alike count as one."""
+    if np.ma.is_masked(image):
+        raise ValueError("the image is a masked array that hides pixels: set them to 0, or to a label.")
     array = np.asarray(image)
     if array.ndim == 3 and array.shape[2] in (3, 4):
         array = array[..., :3]

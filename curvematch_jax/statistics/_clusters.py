@@ -11,6 +11,7 @@ from jaxtyping import ArrayLike
 from .._progress import Progress
 from ..elastic import Aligner, distance_matrix
 from ..elastic._check import as_aligner
+from ._check import as_distances, as_whole
 from ._mean import Mean, means
 from ._sample import as_sample, in_order
 
@@ -43,7 +44,7 @@ def shape_kmeans(
 
     Args:
         clusters: how many.
-        aligner: `Aligner.fast()` unless given: with `Aligner.accurate()` the matrix of all pairs takes twice as long.
+        aligner: `Aligner.fast()` unless given; `Aligner.accurate()` takes six times as long for all pairs.
         matrix: `distance_matrix(curves)`, where it is known already.
         progress: False, True for a bar on stderr, or a function of (done, total).
 
@@ -51,16 +52,17 @@ def shape_kmeans(
         ValueError: as `karcher_mean`, for a matrix that does not fit, and for fewer curves than clusters.
     """
     given = as_sample(curves)
-    if not 1 <= clusters <= len(given):
+    if as_whole("clusters", clusters, 1) > len(given):
         raise ValueError(f"clusters = {clusters}: {len(given)} curves have 1 to {len(given)}.")
     aligner = as_aligner(aligner, Aligner.fast)
     if matrix is None:
         matrix = distance_matrix(given, aligner=aligner, progress=progress)
-    if np.shape(matrix) != (len(given), len(given)):
+    matrix = as_distances("matrix", matrix)
+    if len(matrix) != len(given):
         raise ValueError(
-            f"matrix has shape {np.shape(matrix)}: {len(given)} curves have one of that many rows and columns."
+            f"matrix has shape {matrix.shape}: {len(given)} curves have one of that many rows and columns."
         )
-    labels = _labels(np.asarray(matrix, float), medoids(np.asarray(matrix, float), clusters, in_order(given)))
+    labels = _labels(matrix, medoids(matrix, clusters, in_order(given)))
     return _moved(given, labels, aligner)
 
 

@@ -15,11 +15,13 @@ from ..elastic import Aligner
 from ..elastic._check import as_aligner
 from ..elastic._geodesic import joined, straighten
 from ..elastic._preshape import parallel_transport, project_tangent
+from ._check import as_between, as_reals, as_whole
 from ._laying import onto
-from ._mean import Mean
+from ._mean import Mean, as_mean
 from ._sample import as_sample
-from ._tangent import STEPS, exp, sampled, vertices
+from ._tangent import STEPS, curves_of, shapes_at, vertices
 
+_LEAST_SIZE = 1e-4
 _ROUNDING = 32  # in units of the dtype's, below which deviations are none
 
 
@@ -63,8 +65,8 @@ class TangentPCA:
         Raises:
             ValueError: for a mean of several groups, curves that do not vary, and fewer components than asked for.
         """
-        if mean.srvf.ndim != 2:
-            raise ValueError(f"the mean has {mean.srvf.shape[:-2]} groups: components are of one.")
+        as_mean("mean", mean)
+        size = as_size(size)
         length = _mean_length(mean)
         vectors = _rows(mean.tangents, np.log(mean.lengths / length), size)
         _, deviations, axes = np.linalg.svd(vectors * np.sqrt(mean.weights)[:, None], full_matrices=False)
@@ -72,8 +74,8 @@ class TangentPCA:
         rank = int(np.sum(deviations > rounding))
         if not rank:
             raise ValueError("the curves do not vary: they are copies of one shape, which has no components.")
-        kept = rank if components is None else components
-        if not 1 <= kept <= rank:
+        kept = rank if components is None else as_whole("components", components, 1)
+        if kept > rank:
             raise ValueError(f"components = {components}: these curves have 1 to {rank}.")
         axes = axes[:kept]
         moment = mean.weights @ (vectors @ axes.T) ** 3
@@ -97,7 +99,11 @@ class TangentPCA:
         return self.deviations**2 / self.total
 
     def scores(self, mean: Mean) -> np.ndarray:
-        """Scores `(k, c)`, in radians, of the curves of the mean at which the components are."""
+        """Scores `(k, c)`, in radians, of the curves of the mean at which the components are.
+
+        Raises `ValueError` for another mean."""
+        if not np.array_equal(as_mean("mean", mean).srvf, self.base):
+            raise ValueError("the components are at another mean: give curves to `transform`, or use `transported`.")
         return self._scores(mean.tangents, mean.lengths)
 
     def _scores(self, tangents: np.ndarray, lengths: np.ndarray) -> np.ndarray:
@@ -111,45 +117,61 @@ class TangentPCA:
 
     def srvfs(self, scores: ArrayLike | Sequence) -> np.ndarray:
         """SRVFs `(*b, d, N)` of the shapes at scores `(*b, c' <= c)`; further scores are 0. Closed to rounding."""
-        found = np.asarray(scores, float)
-        if found.ndim < 1 or found.shape[-1] > len(self.components) or not np.isfinite(found).all():
-            raise ValueError(
-                f"scores has shape {found.shape}: give finite numbers, {len(self.components)} or fewer of each shape."
-            )
-        v = np.tensordot(found, self.components[: found.shape[-1]].astype(float), axes=1)
-        base = jnp.broadcast_to(jnp.asarray(self.base), v.shape)
-        return np.asarray(exp(base, project_tangent(base, jnp.asarray(v, self.base.dtype))))
+        found = self._checked(scores)
+        return shapes_at(self.base, np.tensordot(found, self.components[: found.shape[-1]].astype(float), axes=1))
+
+    def _checked(self, scores: ArrayLike | Sequence) -> np.ndarray:
+        found = as_reals("scores", scores)
+        if found.ndim < 1 or found.shape[-1] > len(self.components):
+            raise ValueError(f"scores has shape {found.shape}: give {len(self.components)} or fewer of each shape.")
+        return found
 
     def inverse_transform(self, scores: ArrayLike | Sequence) -> np.ndarray:
         """The closed curves `(*b, d, n)` at scores `(*b, c' <= c)`, centred, of the mean's length or, with sizes, their
-        own."""
-        found = np.asarray(scores, float)
-        curves = sampled(np.asarray(vertices(self.srvfs(found))), self.samples)
-        length = self.length * np.exp(found @ self.growth[: found.shape[-1]])
-        return curves * length[..., None, None].astype(curves.dtype)
+        own. Raises `ValueError` for other scores, and for those of sizes that the dtype cannot hold."""
+        found = self._checked(scores)
+        with np.errstate(over="ignore"):
+            lengths = self.length * np.exp(found @ self.growth[: found.shape[-1]])
+        limits = np.finfo(self.base.dtype)
+        if np.any((lengths < limits.tiny) | (lengths > limits.max)):
+            raise ValueError(f"scores are of sizes that {self.base.dtype} cannot hold: give smaller ones.")
+        return curves_of(self.srvfs(found), self.samples, lengths)
 
     def sample(self, key: jax.Array, n: int) -> np.ndarray:
-        """`n` curves `(n, d, samples)` whose scores are normal, with the deviations found."""
+        """`n` curves `(n, d, samples)` whose scores are normal, with the deviations found; the key is one of
+        `jax.random.key`."""
+        n = as_whole("n", n, 0)
+        if not isinstance(key, jax.Array):
+            raise ValueError("key is none of JAX: give jax.random.key(0), or of another number.")
         draws = np.asarray(jax.random.normal(key, (n, len(self.deviations))), float)
         return self.inverse_transform(draws * self.deviations)
 
     def along(self, component: int, deviations: ArrayLike | Sequence = (-2, -1, 0, 1, 2)) -> np.ndarray:
         """Curves `(s, d, n)` at so many standard deviations of one component."""
-        if not 0 <= component < len(self.deviations):
-            raise ValueError(f"component = {component}: there are {len(self.deviations)}, the first is 0.")
-        scores = np.zeros((len(np.asarray(deviations)), component + 1))
-        scores[:, component] = np.asarray(deviations, float) * self.deviations[component]
+        component, places = as_whole("component", component, 0), as_reals("deviations", deviations)
+        if component >= len(self.deviations) or places.ndim != 1:
+            raise ValueError(
+                f"component = {component}, deviations of shape {places.shape}: there are {len(self.deviations)} "
+                "components, the first is 0; give a list of deviations."
+            )
+        scores = np.zeros((len(places), component + 1))
+        scores[:, component] = places * self.deviations[component]
         return self.inverse_transform(scores)
 
     def transported(self, mean: Mean) -> TangentPCA:
         """The same components at another mean: laid onto it with their own mean, and carried along the geodesic."""
-        laid, _ = onto(mean.srvf, np.asarray(vertices(self.base))[None], Aligner.accurate())
+        laid, _ = onto(as_mean("mean", mean).srvf, np.asarray(vertices(self.base))[None], Aligner.accurate())
         fields = laid.rotation[0] @ _along(self.components, laid.warp[0])
         path = straighten(joined(jnp.asarray(laid.q[0]), jnp.asarray(mean.srvf), STEPS)).path
         fields = jnp.asarray(fields, path.dtype)
         fields = project_tangent(jnp.broadcast_to(path[0], fields.shape), fields)
         moved = np.asarray(parallel_transport(path, fields))
         return dataclasses.replace(self, base=mean.srvf, components=moved, length=_mean_length(mean))
+
+
+def as_size(size: float) -> float:
+    """The weight of the logarithm of length: 0, or within what leaves digits to shape. `ValueError` for others."""
+    return as_between("size", size, _LEAST_SIZE, 1 / _LEAST_SIZE) if size != 0 else 0.0
 
 
 def _along(fields: np.ndarray, warp: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import ArrayLike
@@ -14,7 +14,7 @@ from ..elastic._check import as_aligner
 from ._descent import Descent, State
 from ._medoid import rough_medoids
 from ._sample import Sample, as_sample, as_weights, in_order
-from ._tangent import sampled, vertices
+from ._tangent import curves_of
 
 _CONVERGED = 1e-3  # norm of the gradient, in radians
 
@@ -139,14 +139,14 @@ def _result(descent: Descent, state: State, history, gradient, back: np.ndarray,
     """The mean, what is of each curve in the order in which they were given."""
     sample, laid = descent.sample, state.laid
     length = np.exp(descent.summed(np.log(sample.lengths.astype(float)), descent.weights))
-    own = length[descent.group][:, None, None].astype(laid.q.dtype)
+    own = length[descent.group]
     return Mean(
-        curve=sampled(np.asarray(vertices(state.base)), n) * length[:, None, None].astype(laid.q.dtype),
+        curve=curves_of(state.base, n, length),
         srvf=state.base,
-        aligned=(sampled(np.asarray(vertices(laid.q)), n) * own)[back],
+        aligned=curves_of(laid.q, n, own)[back],
         rotation=laid.rotation[back],
         warp=sample.original(laid.warp)[back],
-        scale=(own[:, 0, 0] / sample.lengths)[back],
+        scale=(own / sample.lengths).astype(laid.q.dtype)[back],
         tangents=laid.v[back],
         distances=laid.distance[back],
         weights=descent.weights[back],
@@ -155,6 +155,15 @@ def _result(descent: Descent, state: State, history, gradient, back: np.ndarray,
         gradient=gradient,
         converged=gradient <= _CONVERGED,
     )
+
+
+def as_mean(name: str, mean: Any) -> Mean:
+    """A mean of one group; `ValueError` for those of several, and for anything else."""
+    if not isinstance(mean, Mean):
+        raise ValueError(f"{name} is no mean: give what karcher_mean or karcher_median of curves returns.")
+    if mean.srvf.ndim != 2:
+        raise ValueError(f"{name} has groups {mean.srvf.shape[:-2]}: give the mean of one group.")
+    return mean
 
 
 _OF_EACH_CURVE = ("aligned", "rotation", "warp", "scale", "tangents", "distances", "weights", "lengths")

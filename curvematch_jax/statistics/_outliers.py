@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm
 
-from ._mean import Mean
+from ._check import as_between
+from ._mean import Mean, as_mean
 
 _CONSISTENT = 1.4826  # times the median absolute deviation is the deviation of normal numbers
 
@@ -30,10 +31,9 @@ def outliers(median: Mean, level: float = 0.05) -> Outliers:
         ValueError: for a median of several groups, fewer than 5 shapes, shapes of which half are alike, or a level not
             between 0 and 1.
     """
-    if median.distances.ndim != 1 or median.distances.size < 5:
-        raise ValueError(f"median has distances {median.distances.shape}: outliers are told in one group of 5 or more.")
-    if not 0 < level < 1:
-        raise ValueError(f"level = {level}: give a probability, such as .05.")
+    if as_mean("median", median).distances.size < 5:
+        raise ValueError(f"median is of {median.distances.size} curves: outliers are told among 5 or more.")
+    level = as_between("level", level, 0, 1)
     logs = np.log(np.maximum(median.distances.astype(float), np.finfo(median.distances.dtype).eps))
     away = logs - np.median(logs)
     spread = _CONSISTENT * np.median(np.abs(away))

@@ -14,6 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
+from ._check import as_distances, as_groups_of, as_whole
+
 _AT_ONCE = 256  # permutations
 _TIE = 1e-5  # relative: statistics that differ by rounding count as equal
 
@@ -63,28 +65,14 @@ def variance_test(
 
 
 def _checked(distances: ArrayLike, labels: Sequence | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    matrix = np.asarray(distances, float)
-    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or len(matrix) < 4:
+    matrix = as_distances("distances", distances)
+    if len(matrix) < 4:
         raise ValueError(f"distances has shape {matrix.shape}: give a matrix (k, k) of 4 shapes or more.")
-    if not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T, atol=1e-4 * np.abs(matrix).max()):
-        raise ValueError("distances is not symmetric, or holds NaN or infinity.")
-    return matrix / max(matrix.mean(), np.finfo(float).tiny), as_labels(labels, len(matrix))
-
-
-def as_labels(labels, count: int) -> np.ndarray:
-    """Numbers of groups `(k,)`, 0 to G - 1. `ValueError` unless there are two or more of two members or more each."""
-    names = np.asarray(labels)
-    if names.shape != (count,):
-        raise ValueError(f"labels has shape {names.shape}: give a label for each of the {count} shapes.")
-    found, groups, members = np.unique(names, return_inverse=True, return_counts=True)
-    if len(found) < 2 or members.min() < 2:
-        raise ValueError(f"labels has {len(found)} groups, the smallest of {members.min()}: give two of two or more.")
-    return groups
+    return matrix, as_groups_of(labels, len(matrix))
 
 
 def _tested(statistic: Callable, matrices: tuple, groups: np.ndarray, permutations: int, seed: int) -> PermutationTest:
-    if permutations < 1:
-        raise ValueError(f"permutations = {permutations}: give 1 or more.")
+    permutations, seed = as_whole("permutations", permutations, 1), as_whole("seed", seed, 0)
     count, members = int(groups.max()) + 1, np.bincount(groups)
     scaled = tuple(jnp.asarray(m, jnp.float32) for m in matrices)
     shares = jnp.asarray(members, jnp.float32)

@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import ArrayLike
 
-from ..elastic._preshape import project_tangent
-from ._mean import Mean
+from ._check import as_reals, as_whole
+from ._mean import Mean, as_mean
 from ._permutation import PermutationTest, p_value
-from ._tangent import exp, sampled, vertices
+from ._tangent import curves_of, shapes_at
 
 _AT_ONCE = 512
+_LARGEST = 1e100
+_DIGITS = 1e-12  # of a column's largest number: what varies by less does not vary
+_INDEPENDENT = 1e-9  # of a column's spread, what no other column explains
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,17 +47,20 @@ class ShapeRegression:
 
         Raises `ValueError` for numbers that do not fit the curves, do not vary, or repeat each other, and for curves
         that do not vary."""
-        rows, x = mean.tangents.reshape(len(mean.tangents), -1).astype(float), as_numbers(x, len(mean.tangents))
-        centred, rows_about = x - mean.weights @ x, rows - mean.weights @ rows
+        tangents = as_mean("mean", mean).tangents
+        permutations, seed = as_whole("permutations", permutations, 1), as_whole("seed", seed, 0)
+        rows, x = tangents.reshape(len(tangents), -1).astype(float), as_numbers(x, len(tangents))
+        spread = _spread(x)
+        centred, rows_about = (x - mean.weights @ x) / spread, rows - mean.weights @ rows
         root = np.sqrt(mean.weights)[:, None]
         basis, upper = np.linalg.qr(root * centred)
-        if np.abs(np.diag(upper)).min() <= 1e-9 * np.sqrt(np.mean(x * x)):
+        if len(upper) < x.shape[1] or np.abs(np.diag(upper)).min() <= _INDEPENDENT:
             raise ValueError("x does not vary, or some of its columns follow from the others.")
         gram = (root * rows_about) @ (root * rows_about).T
         total = np.trace(gram)
         if total <= 1e-9 * rows.shape[1]:
             raise ValueError("the curves do not vary: they are copies of one shape.")
-        slopes = np.linalg.solve(upper, basis.T @ (root * rows_about))
+        slopes = np.linalg.solve(upper, basis.T @ (root * rows_about)) / spread[:, None]
         intercept = mean.weights @ rows - (mean.weights @ x) @ slopes
         shape = mean.srvf.shape
         return cls(
@@ -71,22 +76,28 @@ class ShapeRegression:
     def predict(self, x: ArrayLike | Sequence) -> np.ndarray:
         """The closed curves `(m, d, n)` of numbers `(m,)` or `(m, p)`."""
         x = as_numbers(x, None, len(self.slopes))
-        v = jnp.asarray(self.intercept + np.tensordot(x, self.slopes, axes=1), self.base.dtype)
-        base = jnp.broadcast_to(jnp.asarray(self.base), v.shape)
-        q = exp(base, project_tangent(base, v))
-        return sampled(np.asarray(vertices(q)), self.samples) * np.asarray(self.length, self.base.dtype)
+        q = shapes_at(self.base, self.intercept + np.tensordot(x, self.slopes, axes=1))
+        return curves_of(q, self.samples, self.length)
 
 
 def as_numbers(x: ArrayLike | Sequence, count: int | None, columns: int | None = None) -> np.ndarray:
     """Finite numbers `(k, p)`. `ValueError` for others, and for more or fewer than given."""
-    found = np.asarray(x, float)
+    found = as_reals("x", x)
     found = found[:, None] if found.ndim == 1 else found
-    if found.ndim != 2 or (count or len(found)) != len(found) or (columns or found.shape[1]) != found.shape[1]:
+    fits = found.ndim == 2 and count in (None, len(found)) and found.shape[1] == (columns or max(found.shape[1], 1))
+    if not fits:
         wanted = f"({'m' if count is None else count}, {'p' if columns is None else columns})"
         raise ValueError(f"x has shape {np.shape(x)}: give numbers {wanted}, a row for each shape.")
-    if not np.isfinite(found).all():
-        raise ValueError("x holds NaN or infinity.")
     return found
+
+
+def _spread(x: np.ndarray) -> np.ndarray:
+    """How far apart the numbers of each column are, `(p,)`; infinite where that is rounding."""
+    largest = np.abs(x).max(axis=0)
+    if np.any((largest > _LARGEST) | ((largest > 0) & (largest < 1 / _LARGEST))):
+        raise ValueError(f"x holds numbers above {_LARGEST:g}, or all below {1 / _LARGEST:g}: give another unit.")
+    spread = np.ptp(x, axis=0)
+    return np.where(spread > _DIGITS * largest, spread, np.inf)
 
 
 def _permuted(root, centred, gram, permutations: int, seed: int) -> PermutationTest:

@@ -14,6 +14,7 @@ from ..elastic._check import MIN_SAMPLES, as_framed, as_shapes
 from ..elastic._curve import length
 from ..elastic._distinct import Places, distinct, original_parameter
 from ..elastic._tabulated import tables_of
+from ._check import as_reals
 
 _OVERSAMPLING = 8
 _MOST_READ = 4096  # entries of a table to read from
@@ -46,8 +47,10 @@ class Sample:
         shapes, places = distinct(np.asarray(as_shapes("curves", curves)))
         n = shapes.shape[2]
         points = _oversampled(shapes, n * max(1, min(_OVERSAMPLING, _MOST_READ // n)))
-        lengths = np.asarray(length(curves))
-        return cls(shapes, points, tables_of(shapes, aligner), lengths, places, sides_of(n))
+        sides, lengths = sides_of(n), np.asarray(length(curves))
+        # Of as many samples as a base has: tables of other sizes round differently, and the warp of a copy shows it.
+        tables = tables_of(_oversampled(shapes, sides), aligner)
+        return cls(shapes, points, tables, lengths, places, sides)
 
     def __len__(self) -> int:
         return len(self.curves)
@@ -68,9 +71,8 @@ def as_sample(curves: ArrayLike | Sequence, samples: int | None = None) -> np.nd
     Curves of different lengths are resampled by arc length to `samples`, the most that one has unless given.
     Raises `ValueError` for what are no closed curves, for different dimensions, and for none.
     """
-    shapes = {np.shape(curve) for curve in curves} if isinstance(curves, list | tuple) else set()
-    if len(shapes) > 1 and isinstance(curves, list | tuple):
-        curves = _of_one_length([np.asarray(curve) for curve in curves], samples)
+    if isinstance(curves, list | tuple):
+        curves = _of_a_list(curves, samples)
     found = np.asarray(as_framed_numbers(curves))
     if found.ndim != 3:
         raise ValueError(f"curves has shape {found.shape}: give a sample of closed curves, (curves, d, n).")
@@ -85,14 +87,22 @@ def as_framed_numbers(curves: ArrayLike | Sequence) -> np.ndarray:
     return np.asarray(frame.points("curves", shape))
 
 
-def _of_one_length(curves: list[np.ndarray], samples: int | None) -> np.ndarray:
+def _of_a_list(curves: Sequence, samples: int | None) -> Sequence | np.ndarray:
+    """Curves of a list of one length; lists of equal arrays come back as they are."""
     for index, curve in enumerate(curves):
-        if curve.ndim != 2:
-            raise ValueError(f"curve {index} of the list has shape {curve.shape}: give each as (d, n).")
-    dimensions = sorted({curve.shape[0] for curve in curves})
+        if np.ma.is_masked(curve):
+            raise ValueError(f"curve {index} of the list is a masked array that hides samples: give whole curves.")
+    if len({np.shape(curve) for curve in curves}) < 2:
+        return curves
+    flat = [index for index, curve in enumerate(curves) if np.ndim(curve) != 2]
+    if flat:
+        raise ValueError(f"curve {flat[0]} of the list has shape {np.shape(curves[flat[0]])}: give each as (d, n).")
+    dimensions = sorted({np.shape(curve)[0] for curve in curves})
     if len(dimensions) > 1:
         raise ValueError(f"the curves have different dimensions, {dimensions}: a sample is of one.")
-    most = max(curve.shape[1] for curve in curves) if samples is None else samples
+    for index, curve in enumerate(curves):
+        as_framed(f"curve {index} of the list", curve)
+    most = max(np.shape(curve)[1] for curve in curves) if samples is None else samples
     return np.stack([np.asarray(resample(curve, max(most, MIN_SAMPLES))) for curve in curves])
 
 
@@ -100,15 +110,16 @@ def as_weights(weights: ArrayLike | None, shape: tuple[int, ...]) -> np.ndarray:
     """Weights `(*b, k)` of sum 1 in each group. `ValueError` for others than finite numbers, 0 or more, some above."""
     if weights is None:
         return np.full(shape, 1 / shape[-1])
-    found = np.asarray(weights, float)
+    found = as_reals("weights", weights)
     try:
         found = np.broadcast_to(found, shape)
     except ValueError:
         raise ValueError(f"weights has shape {found.shape}: give a number for each curve, {shape}.") from None
-    if not np.isfinite(found).all() or (found < 0).any() or ((found > 0).sum(axis=-1) < 2).any():
+    if (found < 0).any() or ((found > 0).sum(axis=-1) < 2).any():
         raise ValueError(
-            "weights are finite and not negative, and those of two curves or more of a group are positive."
+            "weights holds negative numbers, or zeros for all curves of a group but one: two or more have to count."
         )
+    found = found / found.max(axis=-1, keepdims=True)
     return found / found.sum(axis=-1, keepdims=True)
 
 

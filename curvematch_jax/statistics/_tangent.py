@@ -9,10 +9,10 @@ import functools as ft
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, ArrayLike, Float
 
 from ..elastic._check import traced
-from ..elastic._curve import norm
+from ..elastic._curve import norm, velocity
 from ..elastic._frame import AnyArray
 from ..elastic._geodesic import joined, path_length, straighten
 from ..elastic._lanes import running_sum
@@ -22,6 +22,7 @@ STEPS = 6  # of a geodesic
 _LONGEST = 1.0  # radians of one step
 _MOST_TURNS = 100  # of tangent vectors, round the sphere
 _CLOSING_STEPS = 3
+_FINE = 4  # speeds to a sample, for a length
 
 
 def log(base: Float[Array, "b d n"], q: Float[Array, "b d n"]) -> tuple[Float[Array, "b d n"], Float[Array, " b"]]:
@@ -62,6 +63,14 @@ def norm_of(v: Float[Array, "*b d n"]) -> Float[Array, "*b"]:
     return jnp.sqrt(inner(v, v))
 
 
+def shapes_at(base: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """`exp` at one base `(d, N)`, in its dtype, of vectors `(*b, d, N)`, which are made tangent. Errors as `exp`."""
+    with np.errstate(over="ignore"):  # infinite vectors are refused
+        vectors = jnp.asarray(v.astype(base.dtype))
+    spread = jnp.broadcast_to(jnp.asarray(base), vectors.shape)
+    return np.asarray(exp(spread, project_tangent(spread, vectors)))
+
+
 @jax.jit
 def vertices(q: Float[AnyArray, "*b d n"]) -> Float[Array, "*b d n"]:
     """The polygon of unit length whose sides have the SRVF `q`, its vertices' mean at the origin."""
@@ -70,8 +79,11 @@ def vertices(q: Float[AnyArray, "*b d n"]) -> Float[Array, "*b d n"]:
     return corners - jnp.mean(corners, axis=-1, keepdims=True)
 
 
-def sampled(polygons: np.ndarray, n: int) -> np.ndarray:
-    """Curves of n samples, `(*b, d, n)`, for polygons `(*b, d, N)`: the nearest trigonometric polynomials."""
-    spectrum = np.fft.rfft(polygons.astype(float), axis=-1)[..., : n // 2 + 1]
-    spectrum[..., (n + 1) // 2 :] = 0
-    return (np.fft.irfft(spectrum, n=n, axis=-1) * (n / polygons.shape[-1])).astype(polygons.dtype)
+def curves_of(q: Float[AnyArray, "*b d n"], samples: int, lengths: ArrayLike) -> np.ndarray:
+    """Centred curves `(*b, d, samples)` of lengths `(*b,)` for SRVFs `(*b, d, N)`: the trigonometric polynomials that
+    are nearest to their polygons."""
+    spectrum = np.fft.rfft(np.asarray(vertices(q), float), axis=-1)[..., : samples // 2 + 1]
+    spectrum[..., (samples + 1) // 2 :] = 0
+    found = np.fft.irfft(spectrum, n=samples, axis=-1)
+    speed = norm(velocity(found, _FINE * samples))
+    return (found * (np.asarray(lengths) / speed.mean(axis=-1))[..., None, None]).astype(q.dtype)

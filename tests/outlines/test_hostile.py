@@ -7,7 +7,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from curvematch_jax.outlines import read_curves, read_outlines, write_curves
+from curvematch_jax.outlines import outlines_of, read_curves, read_outlines, write_curves
 
 image = pytest.importorskip("PIL.Image")
 pytest.importorskip("skimage")
@@ -132,3 +132,40 @@ def test_a_folder_and_a_missing_file_get_a_sentence(tmp_path):
     assert "cannot be read" in said(read_curves, tmp_path / "folder.npz")
     assert "cannot be read" in said(read_curves, tmp_path / "missing.csv")
     assert "cannot be read" in said(read_outlines, tmp_path / "missing.png")
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".csv", ".tps"])
+@pytest.mark.parametrize("name", ["", " a", "a\nb", "a\0", "\ud800"])
+def test_names_that_would_not_come_back_are_refused(tmp_path, suffix, name):
+    with pytest.raises(ValueError, match="the name"):
+        write_curves(tmp_path / f"a{suffix}", ELLIPSES, [name, "b"])
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".csv", ".tps"])
+def test_curves_of_any_dimension_come_back(tmp_path, suffix):
+    curves = np.concatenate([ELLIPSES, ELLIPSES[::-1]], axis=1)
+    write_curves(tmp_path / f"a{suffix}", curves, ["a=b", '"c,'])
+    found = read_curves(tmp_path / f"a{suffix}")
+    assert np.array_equal(found.array(), curves)
+    assert found.names == ("a=b", '"c,')
+
+
+@pytest.mark.parametrize("curves", [ELLIPSES * 1j, [np.ma.masked_array(ELLIPSES[0], ELLIPSES[0] > 1)]])
+def test_complex_and_hidden_samples_are_refused(tmp_path, curves):
+    with pytest.raises(ValueError, match="hides samples, or is complex"):
+        write_curves(tmp_path / "a.npz", curves)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [({"n": 7}, "n = 7"), ({"smoothing": np.inf}, "smoothing = inf"), ({"smoothing": 1e300}, "smoothing = ")],
+)
+def test_settings_of_outlines_are_checked(arguments, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        outlines_of(np.pad(np.ones((9, 9)), 3), **arguments)
+
+
+def test_masks_that_hide_pixels_are_refused():
+    with pytest.raises(ValueError, match="hides pixels"):
+        outlines_of(np.ma.masked_array(np.ones((9, 9)), np.eye(9) > 0))

@@ -103,7 +103,7 @@ def test_regression_finds_what_the_shape_follows():
 def test_bad_input_gets_a_sentence(made, mean):
     matrix = np.ones((6, 6)) - np.eye(6)
     for call, said in [
-        (lambda: energy_test(matrix, [0, 1]), "a label for each"),
+        (lambda: energy_test(matrix, [0, 1]), "one label for each"),
         (lambda: energy_test(matrix, [0] * 6), "1 groups"),
         (lambda: energy_test(matrix[:2], [0, 1]), "give a matrix"),
         (lambda: energy_test(matrix + np.triu(matrix), [0, 0, 0, 1, 1, 1]), "not symmetric"),

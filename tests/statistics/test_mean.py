@@ -6,7 +6,7 @@ import pytest
 from elastic.aligners import FAST
 from elastic.shapes import fourier, moved
 
-from curvematch_jax import centre, distance_matrix, geodesic, resample
+from curvematch_jax import centre, distance_matrix, geodesic, length, resample
 from curvematch_jax.datasets import leaves
 from curvematch_jax.elastic._geodesic import path_length
 from curvematch_jax.statistics import karcher_mean, karcher_median
@@ -25,15 +25,19 @@ def all_apart(a, b):
 def test_copies_of_different_size_have_the_curve_as_mean():
     curve = leaves(1, n=100, moved=False).curves[0]
     mean = karcher_mean([k * curve for k in 8 * (1, 2, 4)], aligner=FAST)
-    assert apart(mean.curve, curve) < 2e-4  # what alignments of copies leave, in float64 as well
+    assert apart(mean.curve, curve) < 2e-5
     assert bool(mean.converged)
     assert np.allclose(mean.scale * (8 * [1, 2, 4]), 2, rtol=1e-4)  # of the geometric mean of the lengths
+    assert np.allclose(length(mean.curve), 2 * length(curve), rtol=1e-5)
+    assert np.allclose(length(mean.aligned), 2 * length(curve), rtol=1e-5)
 
 
-@pytest.mark.parametrize(("n", "most"), [(100, 0.02), pytest.param(200, 0.008, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("n", "most"), [(100, 0.02), (200, 0.008)])
 def test_moved_copies_have_their_curve_as_mean(n, most):
-    copies = leaves(24, seed=1, n=n, deviations=(0.0, 0.0))
-    mean = karcher_mean(copies.curves, aligner=FAST)
+    """By the default aligner: a fast one leaves some copies badly aligned."""
+    copies = leaves(20, seed=1, n=n, deviations=(0.0, 0.0))
+    mean = karcher_mean(copies.curves)
     assert apart(mean.curve, copies.mean) < most
 
 
@@ -169,7 +173,7 @@ def test_bad_curves_get_a_sentence(curves, said):
 
 
 def test_bad_weights_get_a_sentence(made):
-    for weights, said in [(np.ones(3), "a number for each curve"), (-np.ones(24), "not negative")]:
+    for weights, said in [(np.ones(3), "a number for each curve"), (-np.ones(24), "negative numbers")]:
         with pytest.raises(ValueError, match=said):
             karcher_mean(made.curves, weights)
 
