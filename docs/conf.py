@@ -54,12 +54,19 @@ napoleon_use_rtype = False
 
 
 def pictures_written(block, block_vars, gallery_conf):
-    """The PNG files that a piece of an example has written, as its pictures."""
-    moved = []
-    for picture in sorted(Path(block_vars["src_file"]).parent.glob("*.png"), key=lambda path: path.stat().st_mtime_ns):
+    """The PNG files that a piece of an example has written, as its pictures; HTML files as frames."""
+    folder, moved = Path(block_vars["src_file"]).parent, []
+    for picture in sorted(folder.glob("*.png"), key=lambda path: path.stat().st_mtime_ns):
         moved.append(next(block_vars["image_path_iterator"]))
         shutil.move(picture, moved[-1])
-    return figure_rst(moved, gallery_conf["src_dir"])
+    frames = [framed(page, Path(block_vars["target_file"]).parent) for page in folder.glob("*.html")]
+    return figure_rst(moved, gallery_conf["src_dir"]) + "".join(frames)
+
+
+def framed(page, folder):
+    """An HTML file that is moved to a folder, in a frame of the example's page, as reStructuredText."""
+    shutil.move(page, folder / page.name)
+    return f'\n.. raw:: html\n\n    <iframe class="written" title="{page.name}" src="{page.name}"></iframe>\n'
 
 
 sphinx_gallery_conf = {
@@ -117,6 +124,12 @@ def write_commands(app):
     page.write_text("\n".join(text), encoding="utf-8")
 
 
+def copy_framed(app, error):
+    """The HTML files that examples have written, beside their pages: Sphinx copies only files that it knows."""
+    for page in [] if error else (Path(app.srcdir) / "examples").glob("*.html"):
+        shutil.copy(page, Path(app.outdir) / "examples")
+
+
 def _mathml(self, node):
     self.body.append(tex2mathml(node.astext(), as_block=isinstance(node, nodes.math_block)))
     raise nodes.SkipNode
@@ -124,6 +137,7 @@ def _mathml(self, node):
 
 def setup(app):
     app.connect("builder-inited", write_commands, priority=100)
+    app.connect("build-finished", copy_framed)
     app.connect("autodoc-process-signature", source_signature)
     app.connect("autodoc-skip-member", skip_fields)
     app.add_html_math_renderer("mathml", (_mathml, None), (_mathml, None))

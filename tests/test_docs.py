@@ -10,6 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from typer.main import get_command
+
+from curvematch_jax.cli._app import app
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -44,15 +47,26 @@ def test_snippets_run_one_after_the_other(page, tmp_path):
     run([sys.executable, str(script)], tmp_path)
 
 
+def readme_commands():
+    text = "".join(blocks(ROOT / "README.md", "console"))
+    return [shlex.split(line[2:], comments=True) for line in text.splitlines() if line.startswith("$ ")]
+
+
+def test_readme_commands_have_these_arguments():
+    """As the command line reads them, which refuses what it does not know."""
+    known = get_command(app).commands
+    for program, name, *arguments in readme_commands():
+        assert program == "curvematch"
+        known[name].make_context(name, arguments)
+
+
+@pytest.mark.slow
 def test_readme_commands_run(tmp_path):
     pytest.importorskip("manifold3d")
     _write_meshes(tmp_path / "meshes")
     _write_masks(tmp_path / "masks")
-    text = "".join(blocks(ROOT / "README.md", "console"))
-    commands = [shlex.split(line[2:], comments=True) for line in text.splitlines() if line.startswith("$ ")]
-    assert [command[:2] for command in commands] == [
-        ["curvematch", c] for c in ("parts", "matrix", "evaluate", "query", "outlines", "mean")
-    ]
+    commands = readme_commands()
+    assert [name for _, name, *_ in commands] == ["parts", "matrix", "evaluate", "query", "outlines", "mean"]
     main = "import sys; from curvematch_jax.cli import main; sys.exit(main())"
     outputs = [run([sys.executable, "-c", main, *rest], tmp_path) for _, *rest in commands]
     assert "horse1" in outputs[3]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .._optional import require
+from ..retrieval._files import replacing, writing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,7 +49,6 @@ def save(figure: Figure, path: str | Path, tight: bool = False) -> None:
         ValueError: it cannot be written there.
     """
     check_picture(path)
-    try:
-        figure.savefig(path, dpi=_DPI, bbox_inches="tight" if tight else None)
-    except OSError as error:
-        raise ValueError(f"{path}: the picture cannot be written ({error.strerror})") from None
+    path = Path(path)
+    with writing(path), replacing(path) as temporary:
+        figure.savefig(temporary, dpi=_DPI, bbox_inches="tight" if tight else None)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +10,7 @@ import numpy as np
 from jaxtyping import ArrayLike
 
 from .._optional import require
+from ..retrieval._files import replacing, writing
 from ._canvas import check_picture, new_figure, save
 
 _DARK, _PALE = "#1b3a5d", "#9db4c8"
@@ -95,15 +94,12 @@ def movie(curves: ArrayLike, path: str | Path, seconds: float = 3.0) -> None:
     kind = animation.PillowWriter if path.suffix.lower() == ".gif" else animation.FFMpegWriter
     figure, writer = new_figure(4, 4), kind(fps=rate)
     axes = _axes(figure, 1, 1, curves)[0]
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".curvematch-{os.getpid()}-") as folder:
-        temporary = Path(folder) / path.name
-        with writer.saving(figure, str(temporary), 100):
-            for index in order:
-                lines = _draw(axes, curves[index], color=_DARK, linewidth=2)
-                writer.grab_frame()
-                for line in lines:
-                    line.remove()
-        temporary.replace(path)
+    with writing(path), replacing(path) as temporary, writer.saving(figure, str(temporary), 100):
+        for index in order:
+            lines = _draw(axes, curves[index], color=_DARK, linewidth=2)
+            writer.grab_frame()
+            for line in lines:
+                line.remove()
 
 
 def _as_curves(curves: ArrayLike) -> np.ndarray:

@@ -25,15 +25,16 @@ _LONG_AGO = 24 * 3600.0
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A path to write to, a file or a folder, that takes the place of `path` if all goes well and vanishes if not."""
+    """A path to write to, a file or a folder of the same name, that takes the place of `path` if all goes well and
+    vanishes if not."""
     path.parent.mkdir(parents=True, exist_ok=True)
     prefix = f".curvematch-{_host()}-{os.getpid()}-"
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=prefix) as folder:
-        temporary = Path(folder) / "new"
+        temporary = Path(folder) / path.name
         yield temporary
         if path.is_dir():
             # A folder can't be renamed onto one that is not empty.
-            path.rename(Path(folder) / "old")
+            path.rename(Path(folder) / f"{path.name}.old")
         os.replace(temporary, path)
 
 

@@ -75,6 +75,7 @@ def test_what_is_no_matrix_is_refused_before_any_work(tmp_path, capsys):
     assert "not a curvematch matrix" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_killed_run_ends_with_the_same_bytes(parts, tmp_path, capsys):
     whole, out = tmp_path / "whole.zarr", tmp_path / "D.zarr"
     result(capsys, parts, "--out", whole)

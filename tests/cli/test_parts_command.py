@@ -149,6 +149,7 @@ def test_only_what_is_missing_changed_or_damaged_is_made(meshes, fresh, tmp_path
     assert contents(old)[name] != fresh[name]
 
 
+@pytest.mark.slow
 def test_killed_run_is_continued_to_the_same_bytes(meshes, fresh, tmp_path, capsys):
     command = [sys.executable, "-m", "curvematch_jax.cli", "parts", meshes, "--out", tmp_path / "out", *OPTIONS]
     process = subprocess.Popen([*command, "--jobs", "1"], env=os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")})

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from elastic.aligners import LEAN, RIGID, StartOnly
+from elastic.aligners import COARSE, FAST, LEAN, RIGID, StartOnly
 from elastic.shapes import certified, ellipse, fourier, moved, polygon, x64
 
 from curvematch_jax.elastic import (
@@ -22,7 +22,7 @@ from curvematch_jax.elastic import (
 from curvematch_jax.elastic._align import _align_tables
 
 N = 100
-FAST, ACCURATE = Aligner.fast(), Aligner.accurate()
+ACCURATE = Aligner.accurate()
 GENTLE = {"modes": 4, "decay": 3.0}  # curves that their samples hold well: no sharp turns
 MOVE = {"shift": 0.2345, "bend": 0.08}
 BIG = {"_align_tables", "_distance_chunk", "_tables"}  # what takes seconds to compile
@@ -51,6 +51,11 @@ def fixture_others():
 @pytest.fixture(name="found", scope="module")
 def fixture_found(curves, others):
     return align(curves, others, LEAN)
+
+
+def raised(curve):
+    """A curve of the plane `(2, n)` in space: alignment is compiled for space anyway."""
+    return np.concatenate([curve, np.zeros_like(curve[:1])])
 
 
 def recomputed(curves, others, found):
@@ -94,7 +99,7 @@ def test_distances_of_smooth_curves_are_achieved_within_a_thousandth(aligner):
 
 @pytest.mark.parametrize("aligner", PRESETS)
 def test_the_distance_of_a_circle_and_a_square_is_achieved(aligner):
-    circle, square = ellipse(400, 1, 1)[None, :2].astype(np.float32), polygon(400)[None].astype(np.float32)
+    circle, square = (c[None].astype(np.float32) for c in (ellipse(400, 1, 1), raised(polygon(400))))
     found = align(circle, square, aligner)
     np.testing.assert_allclose(found.distance, recomputed(circle, square, found), atol=2e-3)
 
@@ -117,12 +122,12 @@ def test_a_curve_is_at_distance_zero_from_itself(aligner, curves):
     np.testing.assert_allclose(apart - np.round(apart), 0, atol=1e-4)
 
 
-@pytest.mark.parametrize(("dtype", "most"), [(np.float32, 1e-3), (np.float64, 1e-6)])
-def test_a_copy_is_at_distance_zero_after_little_search(dtype, most):
+@pytest.mark.parametrize(("aligner", "dtype", "most"), [(LEAN, np.float32, 1e-3), (COARSE, np.float64, 1e-6)])
+def test_a_copy_is_at_distance_zero_after_little_search(aligner, dtype, most):
     """Moved by less than rounding."""
     with of(dtype):
         copies = fourier(0, 8, n=N).astype(dtype)
-        found = align(copies, copies + dtype(1e-12), LEAN)
+        found = align(copies, copies + dtype(1e-12), aligner)
         assert found.distance.dtype == dtype
         assert float(found.distance.max()) < most
 
@@ -136,8 +141,8 @@ def rolled(curve, aligner, dtype):
 
 
 ROLLED = [
-    pytest.param(polygon(400), id="square"),
-    pytest.param(fourier(7, n=N, d=2, modes=5), id="five modes"),
+    pytest.param(raised(polygon(400)), id="square"),
+    pytest.param(raised(fourier(7, n=N, d=2, modes=5)), id="five modes"),
 ]
 
 
@@ -335,7 +340,7 @@ def compiled_by(caplog, run):
     return {name.group(1).removeprefix("jit_") for name in names if name}
 
 
-@pytest.mark.parametrize("aligner", [RIGID, LEAN], ids=["rigid", "lean"])
+@pytest.mark.parametrize("aligner", [RIGID, COARSE], ids=["rigid", "coarse"])
 def test_another_number_of_samples_or_pairs_compiles_nothing_big(aligner, curves, caplog):
     jax.clear_caches()
     first = compiled_by(

@@ -3,18 +3,17 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from elastic.aligners import LEAN
+from elastic.aligners import LEAN, RIGID
 from elastic.shapes import ellipse, fourier, moved
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from curvematch_jax.elastic import Rigid, align, distance_matrix, pair_distances
 from curvematch_jax.elastic import _batch as batch
 from curvematch_jax.elastic import _chunks as chunks
 from curvematch_jax.elastic import _tables as tables
+from curvematch_jax.elastic import align, distance_matrix, pair_distances
 
 N = 24
-RIGID = Rigid(grid=32, chunk=8)
 
 
 @pytest.fixture(name="curves", scope="module")

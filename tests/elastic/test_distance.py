@@ -137,8 +137,7 @@ def test_forward_derivatives_agree_with_reverse_ones():
             np.testing.assert_allclose(forward, (ahead - behind) / 2e-6, rtol=1e-6)
 
 
-@pytest.mark.parametrize("d", [2, 3, 4])
-@pytest.mark.parametrize("m", [32, 100, 512])
+@pytest.mark.parametrize(("d", "m"), [(2, 32), (3, 100), (4, 512)])
 def test_the_certificate_follows_its_definition(d, m):
     """Any rotation and any path, of fewer pieces than samples and of more, by sums of waves in numpy."""
     curves, others = (fourier(s, 3, n=64, d=d, modes=2) for s in (0, 1))
@@ -184,7 +183,12 @@ def run(code, **environment):
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param("RIGID", id="rigid"), pytest.param("LEAN", id="lean", marks=pytest.mark.slow)]
+    "name",
+    [
+        pytest.param("RIGID", id="rigid", marks=pytest.mark.slow),
+        pytest.param("StartOnly()", id="other"),
+        pytest.param("LEAN", id="lean", marks=pytest.mark.slow),
+    ],
 )
 def test_pairs_are_shared_among_devices(name):
     """By `shard_map`, over two; and by the matrices' own driver."""
@@ -286,9 +290,9 @@ def test_derivatives_are_those_of_the_whole_search_by_finite_differences(aligner
 def test_float64_in_a_context():
     """Chunks are computed in threads, which have to be told of it."""
     with x64():
-        found = align(fourier(0, n=N), fourier(100, n=N), RIGID)
-        assert found.rotation.dtype == jnp.float64
-        np.testing.assert_allclose(found.rotation @ found.rotation.T, np.eye(3), atol=1e-12)
+        found = align(fourier(0, n=N), fourier(100, n=N), StartOnly())
+        assert {x.dtype for x in found} == {np.dtype(float)}
+        np.testing.assert_allclose(found.warp2 - found.warp1, found.warp2[0], atol=1e-12)
 
 
 @pytest.mark.slow

@@ -39,7 +39,9 @@ def apart(drawn, points):
     return np.sqrt(np.mean(np.sum((drawn - points) ** 2, axis=-2), axis=-1))
 
 
-@pytest.mark.parametrize("aligner", [RIGID, LEAN], ids=["rigid", "lean"])
+@pytest.mark.parametrize(
+    "aligner", [pytest.param(RIGID, id="rigid"), pytest.param(LEAN, id="lean", marks=pytest.mark.slow)]
+)
 def test_the_path_leads_from_the_first_curve_to_the_second_laid_onto_it(pair, aligner):
     """Both ends are the curves' own matched points, the second ones turned."""
     alignment = align(*pair, aligner)
@@ -128,7 +130,9 @@ def test_too_few_samples_are_refused(pair, samples):
         geodesic(*pair, aligner=RIGID, samples=samples)
 
 
-@pytest.mark.parametrize(("d", "samples"), [(2, 40), (3, 100), (4, 64)])
+@pytest.mark.parametrize(
+    ("d", "samples"), [(2, 40), *(pytest.param(*some, marks=pytest.mark.slow) for some in ((3, 100), (4, 64)))]
+)
 def test_geodesics_of_any_dimension_are_closed_and_converge(d, samples):
     curves, others = (fourier(s, 2, n=N, d=d, modes=2) for s in (0, 1))
     with x64():
@@ -147,6 +151,7 @@ def test_the_velocity_at_the_start_leads_to_the_end(found):
     assert float(preshape.sphere_distance(exp_map(start, velocity), end).max()) < 0.02
 
 
+@pytest.mark.slow
 def test_six_steps_are_as_long_as_fifty():
     with x64():
         q1, q2 = (project_closed(to_srvf(fourier(s, 4, n=N))) for s in (8, 9))

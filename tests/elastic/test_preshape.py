@@ -223,7 +223,7 @@ def test_normals_are_the_gradients_of_the_closure(d):
         np.testing.assert_allclose(preshape.normal_parts(q, v), jax.jvp(preshape.closure, (q,), (v,))[1], atol=1e-12)
 
 
-@pytest.mark.parametrize("d", [2, 3, 4])
+@pytest.mark.parametrize("d", DIMENSIONS)
 def test_closing_is_all_but_the_nearest_point(d):
     with x64():
         q = jnp.asarray(open_field(9, d=d, dtype=np.float64, size=0.02))
@@ -240,12 +240,11 @@ def closed_pair(seed, n=32, d=3):
 def test_exp_of_log_comes_back_with_the_square_of_the_steps():
     with x64():
         q1, q2 = closed_pair(10)
-        missed = [
-            float(preshape.sphere_distance(exp_map(q1, log_map(q1, q2, steps), steps), q2)) for steps in (8, 16, 32)
-        ]
-        assert missed[2] < 2e-3
-        assert missed[0] / missed[1] > 3.5
-        assert missed[1] / missed[2] > 3.5
+        few, many = (
+            float(preshape.sphere_distance(exp_map(q1, log_map(q1, q2, steps), steps), q2)) for steps in (8, 32)
+        )
+        assert many < 2e-3
+        assert few / many > 3.5**2
 
 
 def test_exp_stays_on_the_manifold_and_at_its_speed():
@@ -261,9 +260,9 @@ def test_exp_stays_on_the_manifold_and_at_its_speed():
 def test_log_has_the_length_of_the_geodesic_and_is_tangent():
     with x64():
         q1, q2 = closed_pair(14)
-        v = log_map(q1, q2, 24)
+        v = log_map(q1, q2, 32)
         np.testing.assert_allclose(preshape.normal_parts(q1, v), 0, atol=1e-12)
-        path = geodesics.straighten(geodesics.joined(q1, q2, 24))
+        path = geodesics.straighten(geodesics.joined(q1, q2, 32))
         np.testing.assert_allclose(preshape.inner(v, v) ** 0.5, path.length, rtol=1e-12)
 
 

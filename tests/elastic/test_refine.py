@@ -139,7 +139,7 @@ def test_refinement_never_makes_a_path_worse_and_keeps_both_curves_moving(dtype,
         assert (last < before).all()
 
 
-@pytest.mark.parametrize("d", [2, 3, 4])
+@pytest.mark.parametrize("d", [pytest.param(2, marks=pytest.mark.slow), 3, pytest.param(4, marks=pytest.mark.slow)])
 def test_steps_converge_quadratically_on_a_moved_copy(d):
     """The same gentle curve, turned, and warped by a path that the knots can hold: the residual falls to nothing.
 

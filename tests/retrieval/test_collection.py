@@ -4,14 +4,15 @@ import dataclasses
 
 import numpy as np
 import pytest
+from elastic.aligners import COARSE
 
-from curvematch_jax.elastic import Elastic, Rigid, Round
+from curvematch_jax.elastic import Rigid
 from curvematch_jax.retrieval import Collection, Matching, rank
 from curvematch_jax.retrieval import _ranking as ranking_module
 from curvematch_jax.retrieval._search import Search
 from curvematch_jax.surface import Extraction
 
-WARPS = Matching(aligner=Elastic((Round(2, 16, 4),), steps=2, knots=32, chunk=8))
+WARPS = Matching(aligner=COARSE)
 SETTINGS = {
     "default": Matching(),
     "belief": Matching(fusion="belief"),
@@ -45,22 +46,22 @@ def fixture_few_at_once(monkeypatch):
 
 
 @pytest.mark.usefixtures("few_at_once")
+@pytest.mark.parametrize("i", [pytest.param(4, marks=pytest.mark.slow), 31, pytest.param(50, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("matching", SETTINGS.values(), ids=SETTINGS.keys())
-def test_the_best_are_those_of_the_whole_ranking(objects, matching):
+def test_the_best_are_those_of_the_whole_ranking(objects, matching, i):
     ready = Collection.of(objects, matching)
-    for i in (4, 31, 50):
-        whole = rank(objects[i], ready, matching)
-        assert whole.exact.all()
-        for top in (1, 3, 10):
-            found = rank(objects[i], ready, matching, top=top)
-            best = found.order[:top]
-            np.testing.assert_array_equal(best, whole.order[:top])
-            assert found.exact[best].all()
-            known = found.exact
-            np.testing.assert_allclose(found.distances[:, known], whole.distances[:, known], atol=1e-6)
-            np.testing.assert_array_equal(found.matched[:, known], whole.matched[:, known])
-            assert (found.distances <= whole.distances + 1e-6).all()
-            assert sorted(found.order.tolist()) == list(range(61))
+    whole = rank(objects[i], ready, matching)
+    assert whole.exact.all()
+    for top in (1, 3, 10):
+        found = rank(objects[i], ready, matching, top=top)
+        best = found.order[:top]
+        np.testing.assert_array_equal(best, whole.order[:top])
+        assert found.exact[best].all()
+        known = found.exact
+        np.testing.assert_allclose(found.distances[:, known], whole.distances[:, known], atol=1e-6)
+        np.testing.assert_array_equal(found.matched[:, known], whole.matched[:, known])
+        assert (found.distances <= whole.distances + 1e-6).all()
+        assert sorted(found.order.tolist()) == list(range(61))
 
 
 @pytest.mark.usefixtures("few_at_once")

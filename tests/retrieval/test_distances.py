@@ -4,14 +4,14 @@ import dataclasses
 
 import numpy as np
 import pytest
+from elastic.aligners import COARSE, LEAN
 
-from curvematch_jax.elastic import Elastic, Rigid, Round, pair_distances
+from curvematch_jax.elastic import Rigid, pair_distances
 from curvematch_jax.retrieval import Matching
 from curvematch_jax.retrieval import _distances as matching
 from curvematch_jax.retrieval._stack import stack, unbroken
 
 RIGID = Matching(candidates=0)
-WARPED = Elastic((Round(2, 16, 4),), steps=2, knots=32, chunk=16)
 
 
 def masked(parts, *holes):
@@ -70,7 +70,7 @@ def fixture_pair(make_parts):
     [
         RIGID,
         dataclasses.replace(RIGID, length_weight=0.0, level_set_weight=0.0, isometry_weight=0.0, decay=0.0),
-        Matching(aligner=WARPED, candidates=0),
+        Matching(aligner=COARSE, candidates=0),
     ],
     ids=["sizes", "shapes", "warped"],
 )
@@ -113,7 +113,7 @@ def test_shortlist_takes_the_nearest_of_each_object():
 
 @pytest.mark.parametrize(
     "settings",
-    [Matching.paper(), pytest.param(Matching.elastic(), marks=pytest.mark.slow)],
+    [dataclasses.replace(Matching.paper(), aligner=LEAN), pytest.param(Matching.elastic(), marks=pytest.mark.slow)],
     ids=["paper", "elastic"],
 )
 def test_candidates_only_ever_leave_out_nearer_parts(settings, make_parts):

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from elastic.aligners import COARSE
 
-from curvematch_jax.elastic import Elastic, Round
 from curvematch_jax.retrieval import Collection, Matching, build_index, is_index, rank
 from curvematch_jax.retrieval import _index as index_module
 from curvematch_jax.retrieval._files import locked
 
-WARPS = Matching(aligner=Elastic((Round(2, 16, 4),), steps=2, knots=32, chunk=8))
+WARPS = Matching(aligner=COARSE)
 
 
 @pytest.fixture(name="objects", scope="module")

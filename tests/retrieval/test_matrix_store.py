@@ -23,6 +23,7 @@ from curvematch_jax.retrieval import _matrix_store as store_module
 from curvematch_jax.retrieval._files import locked
 
 SETTINGS = Matching(candidates=0)
+SLOW = pytest.mark.slow
 
 
 build_matrix = ft.partial(retrieval.build_matrix, block=4)
@@ -86,7 +87,7 @@ def test_store_holds_what_memory_would(collection, expected, tmp_path, counted):
     assert contents(path) == before
 
 
-@pytest.mark.parametrize("writes", [0, 1, 2, 3, 6, 8])
+@pytest.mark.parametrize("writes", [0, *(pytest.param(k, marks=SLOW) for k in (1, 2, 6, 8)), 3])
 def test_a_stopped_run_is_gone_on_with_to_the_same_bytes(collection, tmp_path, monkeypatch, counted, writes):
     build_matrix(collection, tmp_path / "whole.zarr", SETTINGS)
     counted.clear()
@@ -106,7 +107,7 @@ def test_a_stopped_run_is_gone_on_with_to_the_same_bytes(collection, tmp_path, m
     assert len(counted) == 7  # The one in flight twice, no other.
 
 
-@pytest.mark.parametrize("first", [1, 3, 4, 6, 8, 10])
+@pytest.mark.parametrize("first", [1, *(pytest.param(k, marks=SLOW) for k in (3, 4, 8, 10)), 6])
 def test_new_objects_are_added_alone(collection, expected, tmp_path, counted, first):
     path = tmp_path / "D.zarr"
     build_matrix(collection[:first], path, SETTINGS)

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from elastic.aligners import COARSE
 
 from curvematch_jax.retrieval import Matching, dissimilarity_matrix, rank
 from curvematch_jax.retrieval import _distances as distances_module
@@ -11,6 +12,7 @@ from curvematch_jax.retrieval._stack import stack
 from curvematch_jax.surface import Extraction
 
 FAST = Matching(candidates=0, fusion="mean")
+PAPER = dataclasses.replace(Matching.paper(), aligner=COARSE)
 FUSIONS = ("mean", "belief", "weighted")
 
 
@@ -59,7 +61,7 @@ def test_order_does_not_depend_on_who_else_is_there(collection, settings):
     assert [some[i] for i in part.order] == [i for i in whole.order.tolist() if i in some]
 
 
-@pytest.mark.parametrize("settings", [Matching(), Matching.paper()], ids=["default", "paper"])
+@pytest.mark.parametrize("settings", [Matching(), PAPER], ids=["default", "paper"])
 def test_explanations_name_the_matched_parts_and_can_be_recomputed(collection, settings):
     ranking = rank(collection[4], collection, settings)
     itself = ranking.explain(4)
@@ -188,8 +190,8 @@ def test_progress_is_reported_to_the_end(collection):
 
 def test_paper_settings_rank_by_shape_alone(collection):
     bigger = dataclasses.replace(collection[0], lengths=collection[0].lengths * 2)
-    ranking = rank(collection[0], [collection[3], bigger, collection[6]], Matching.paper())
+    ranking = rank(collection[0], [collection[3], bigger, collection[6]], PAPER)
     assert ranking.order[0] == 1
-    assert rank(collection[0], [bigger], Matching.paper()).dissimilarity[0] == pytest.approx(0, abs=1e-9)
+    assert rank(collection[0], [bigger], PAPER).dissimilarity[0] == pytest.approx(0, abs=1e-9)
     with_sizes = rank(collection[0], [collection[0], bigger], FAST)
     assert with_sizes.dissimilarity[1] > with_sizes.dissimilarity[0] + 0.1

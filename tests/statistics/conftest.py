@@ -1,6 +1,7 @@
-"""What the statistics' tests share: leaves and their mean."""
+"""What the statistics' tests share: leaves and their mean, by an aligner that compiles once."""
 
 import pytest
+from elastic.aligners import FAST
 
 from curvematch_jax.datasets import leaves
 from curvematch_jax.statistics import karcher_mean
@@ -13,4 +14,4 @@ def fixture_made():
 
 @pytest.fixture(name="mean", scope="package")
 def fixture_mean(made):
-    return karcher_mean(made.curves)
+    return karcher_mean(made.curves, aligner=FAST)

@@ -3,6 +3,7 @@
 import jax
 import numpy as np
 import pytest
+from elastic.aligners import FAST
 
 from curvematch_jax import align, elastic_distance, warp_onto
 from curvematch_jax.datasets import leaves
@@ -28,7 +29,7 @@ def test_all_scores_give_back_the_aligned_srvfs(mean):
 
 def test_curves_at_any_scores_are_closed(mean):
     components = TangentPCA.fit(mean)
-    for size in (0.1, 1, 5, 40):
+    for size in (0.1, 40):
         scores = size * np.random.default_rng(1).normal(size=(3, len(components.deviations)))
         assert closure(components.srvfs(scores)) < 1e-6
     assert components.inverse_transform(np.zeros((2, 1))).shape == (2, 2, 100)
@@ -94,7 +95,7 @@ def test_known_components_are_found(d):
 
 def test_other_curves_get_the_scores_of_their_shape(made, mean):
     components = TangentPCA.fit(mean, 2)
-    assert np.abs(components.transform(made.curves[:5]) - components.scores(mean)[:5]).max() < 0.03
+    assert np.abs(components.transform(made.curves[:5], FAST) - components.scores(mean)[:5]).max() < 0.03
 
 
 def test_size_is_one_more_coordinate(made, mean):
@@ -123,15 +124,15 @@ def test_transport_keeps_lengths_and_angles(mean):
 
 def test_components_do_not_depend_on_order(made, mean):
     order = np.random.default_rng(2).permutation(24)
-    again = karcher_mean(made.curves[order])
+    again = karcher_mean(made.curves[order], aligner=FAST)
     first, second = TangentPCA.fit(mean, 2), TangentPCA.fit(again, 2)
     assert np.allclose(first.scores(mean)[order], second.scores(again), atol=1e-4)
 
 
-def test_bad_input_gets_a_sentence(made, mean):
+def test_bad_input_gets_a_sentence(mean):
     components = TangentPCA.fit(mean, 2)
     with pytest.raises(ValueError, match="do not vary"):
-        TangentPCA.fit(karcher_mean(np.stack([made.curves[0]] * 2)))
+        TangentPCA.fit(mean._replace(tangents=0 * mean.tangents))
     with pytest.raises(ValueError, match="have 1 to"):
         TangentPCA.fit(mean, 100)
     with pytest.raises(ValueError, match="give 2 or fewer"):

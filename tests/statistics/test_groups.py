@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from elastic.aligners import FAST
 from scipy.stats import kstest
 
 from curvematch_jax import distance_matrix
@@ -58,7 +59,7 @@ def test_p_is_uniform_where_groups_are_alike(test):
 
 
 def test_known_groups_are_told_apart(made):
-    matrix = distance_matrix(made.curves)
+    matrix = distance_matrix(made.curves, aligner=FAST)
     assert energy_test(matrix, made.groups).p <= 0.01
     spread = np.random.default_rng(3).normal(size=(60, 2)) * np.repeat([1, 3], 30)[:, None]
     assert variance_test(points_matrix(spread), np.repeat([0, 1], 30)).p <= 0.01
@@ -87,6 +88,7 @@ def test_outliers_are_found_and_no_others():
     assert found.p[-1] < 0.01
 
 
+@pytest.mark.slow
 def test_regression_finds_what_the_shape_follows():
     made = leaves(20, seed=7, deviations=(0.1, 0.01))
     mean = karcher_mean(made.curves)
