@@ -24,11 +24,11 @@ from ._record import record
 SETTINGS: dict[str, Aligner] = {
     "one coarse round": Elastic((Round(8, 48),), steps=2, knots=128, nodes=4),
     "two rounds": Elastic((Round(16, 32), Round(2, 96)), steps=3),
-    "half the starts": Elastic((Round(12, 24, 8), Round(3, 72, 10), Round(2, 216, 8))),
-    "half the width": Elastic((Round(24, 24, 4), Round(5, 72, 5), Round(2, 216, 4))),
+    "half the starts": Elastic((Round(16, 24, 8), Round(4, 72, 9), Round(2, 216, 8))),
+    "half the width": Elastic((Round(32, 24, 4), Round(7, 72, 5), Round(2, 216, 4))),
     "half the knots": Elastic(knots=128, nodes=4),
     "fast": PRESETS["fast"],
-    "more starts": Elastic((Round(48, 24, 8), Round(12, 72, 10), Round(4, 216, 8))),
+    "more starts": Elastic((Round(48, 24, 8), Round(12, 72, 9), Round(4, 216, 8))),
     "more refined": Elastic(paths=2, steps=6),
     "without its second round": Elastic(
         (Round(48, 32, 10), Round(10, 96, 16), Round(4, 288, 12)), paths=2, steps=6, knots=512, chunk=16

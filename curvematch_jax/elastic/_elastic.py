@@ -28,9 +28,9 @@ class Elastic(Aligner):
         chunk: pairs computed at once.
     """
 
-    rounds: tuple[Round, ...] = (Round(24, 24, 8), Round(5, 72, 10), Round(2, 216, 8))
+    rounds: tuple[Round, ...] = (Round(32, 24, 8), Round(7, 72, 9), Round(2, 216, 8))
     paths: int = 1
-    steps: int = 5
+    steps: int = 4
     knots: int = 256
     nodes: int = 2
     chunk: int = 32
