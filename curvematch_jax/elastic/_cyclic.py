@@ -4,7 +4,7 @@ import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
 
-_SHORT = 64  # rows of a system that is eliminated all at once
+_SHORT = 128  # rows of a system that is eliminated all at once
 
 
 def solve_cyclic(

@@ -28,7 +28,7 @@ def dense(diagonal, beside):
     return matrix
 
 
-@pytest.mark.parametrize("m", [4, 8, 32, 128])
+@pytest.mark.parametrize("m", [4, 8, 32, 128, 512])
 def test_cyclic_systems_are_solved_as_dense_ones(m):
     diagonal, beside, right = system(m)
     with x64():
