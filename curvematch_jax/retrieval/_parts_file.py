@@ -288,6 +288,9 @@ def _check_arrays(fields: Mapping[str, np.ndarray], settings: Extraction) -> Non
     for name in ("lengths", "level_set_lengths", "areas", "feature_distances"):
         if (fields[name] < 0).any():
             raise ValueError(f"{name} holds negative values")
+    for name, there in (("lengths", fields["lengths"] > 0), ("curves", (fields["curves"] != 0).any(axis=(2, 3)))):
+        if (there != fields["mask"]).any():
+            raise ValueError(f"{name} and mask disagree about which level curves there are")
     for name in ("area", "diameter"):
         if not fields[name] > 0:
             raise ValueError(f"{name} is {fields[name]}, and has to be more than 0")

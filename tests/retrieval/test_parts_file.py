@@ -130,6 +130,8 @@ def test_missing_file_folder_and_pipe(make_parts, tmp_path):
         ({"area": np.inf}, "area holds values that are not finite"),
         ({"area": -1.0}, "area is -1.0, and has to be more than 0"),
         ({"areas": np.array([0.1, -0.1, 0.1])}, "areas holds negative values"),
+        ({"lengths": np.zeros((3, 3), "f4")}, "lengths and mask disagree about which level curves there are"),
+        ({"curves": np.zeros((3, 3, 3, 32), "f4")}, "curves and mask disagree about which level curves there are"),
         ({"mask": np.ones((3, 3))}, "type <f8 where parts have another"),
         ({"curves": np.zeros((3, 3, 3, 32), ">f4").T}, "damaged"),
         ({"name": ["a", "b"]}, "name has shape"),
