@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
+from .._files import replacing, writing
 from .._progress import reporter
 from ..datasets import match_labels, read_labels
 from ..elastic import distance_matrix
 from ..extraction import Failure
 from ..outlines import CURVE_SUFFIXES, IMAGE_SUFFIXES, read_curves, read_outlines, write_curves
 from ..pictures import components_picture, mean_picture, scores_picture
-from ..retrieval._files import replacing, writing
 from ..statistics import TangentPCA, energy_test, karcher_mean, variance_test
 from ._commands import SOME_FAILED, report_failures
 from ._output import Output

@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
+from .._files import vacant
 from ..extraction import Failure
 from ..extraction._collection import extract_each
 from ..extraction._kept import Store
 from ..extraction._sources import Source, find_sources, is_parts
 from ..retrieval import Matching, StoredParts, build_index, build_matrix, matrix_status, run_settings
 from ..retrieval._executors import connect
-from ..retrieval._files import vacant
 from ..surface import Extraction
 from ._commands import SOME_FAILED, report_failures
 from ._output import Output

@@ -17,6 +17,7 @@ from ._distinct import distinct, distinct_parameter, is_new
 from ._frame import A, AnyArray, Frame, namespace, to_jax
 
 _OVERSAMPLING = 4
+_MOST_SAMPLES = 2**24
 _BLOCK = 2**19  # numbers in a table of waves
 
 
@@ -75,10 +76,11 @@ def resample(curve: ArrayLike | Sequence, n: int) -> Float[Array, "*b d {n}"]:
 
     The trigonometric interpolant is evaluated exactly at the parameters where its arc length is `k/n` of the whole.
     Repeated samples are left out, and no new n or m costs a compilation, unless the array is traced.
-    Raises `ValueError` for what is no closed curve, for `n` below 3, and for samples that the dtype cannot hold.
+    Raises `ValueError` for what is no closed curve, for `n` below 3 or above 2^24, and for samples that the dtype
+    cannot hold.
     """
-    if n < 3:
-        raise ValueError(f"n = {n}: a closed curve needs 3 samples or more.")
+    if not 3 <= n <= _MOST_SAMPLES:
+        raise ValueError(f"n = {n}: a closed curve needs 3 samples or more, and {_MOST_SAMPLES:,} at most.")
     shape, frame = as_framed("curve", curve)
     if not isinstance(shape, np.ndarray):
         return frame.points("curve", _resampled(shape, n))

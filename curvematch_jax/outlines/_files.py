@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-import os
-import tempfile
 import tokenize
 import zipfile
 import zlib
@@ -17,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import ArrayLike
 
+from .._files import replacing
 from ..elastic._check import as_framed
 from ..elastic._curve import resample
 
@@ -68,11 +67,8 @@ def write_curves(path: str | Path, curves: np.ndarray | Sequence, names: Sequenc
     if path.suffix.lower() not in CURVE_SUFFIXES:
         raise ValueError(f"{path}: not a format of curves; known are {', '.join(CURVE_SUFFIXES)}.")
     write = {".npz": _write_npz, ".csv": _write_csv, ".tps": _write_tps}[path.suffix.lower()]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".curvematch-{os.getpid()}-") as folder:
-        temporary = Path(folder) / path.name
+    with replacing(path) as temporary:
         write(temporary, listed, names)
-        temporary.replace(path)
 
 
 def read_curves(path: str | Path) -> NamedCurves:

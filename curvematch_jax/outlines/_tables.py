@@ -20,7 +20,7 @@ def scores_table(scores: ArrayLike, names: Sequence[str], groups: Sequence[str] 
     Raises `ValueError` for names or groups that are not one for each row, `ImportError` without pandas (`outlines`).
     """
     found = np.asarray(scores)
-    _check(found.ndim == 2 and len(names) == len(found) and (groups is None or len(groups) == len(found)), found.shape)
+    _check(found.ndim == 2 and _are(len(found), names) and (groups is None or _are(len(found), groups)), found.shape)
     columns = [f"PC{i + 1}" for i in range(found.shape[1])]
     table = _pandas().DataFrame(found, index=list(names), columns=columns)
     if groups is not None:
@@ -31,8 +31,12 @@ def scores_table(scores: ArrayLike, names: Sequence[str], groups: Sequence[str] 
 def distances_table(matrix: ArrayLike, names: Sequence[str]) -> pandas.DataFrame:
     """A matrix of distances `(k, k)` with the curves' names on both sides. Errors as `scores_table`."""
     found = np.asarray(matrix)
-    _check(found.shape == (len(names), len(names)), found.shape)
+    _check(found.ndim == 2 and found.shape[0] == found.shape[1] and _are(len(found), names), found.shape)
     return _pandas().DataFrame(found, index=list(names), columns=list(names))
+
+
+def _are(count: int, names: Sequence[str]) -> bool:
+    return not isinstance(names, str) and len(names) == count
 
 
 def _check(fits: bool, shape: tuple[int, ...]) -> None:

@@ -6,8 +6,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .._files import replacing, writing
 from .._optional import require
-from ..retrieval._files import replacing, writing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import ArrayLike
 
+from .._files import replacing, writing
 from .._optional import require
-from ..retrieval._files import replacing, writing
 from ._canvas import check_picture, new_figure, save
 
 _DARK, _PALE = "#1b3a5d", "#9db4c8"

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from .._files import replacing, writing
 from .._progress import Progress
 from ..pictures._colours import PALETTE, UNMATCHED
 from ..retrieval import Matching, SavedMatrix, evaluate, require_same
-from ..retrieval._files import replacing, writing
 from ..retrieval._matching import DEFAULT
 from ..surface import Mesh, Parts
 from ._limits import Limits

@@ -1,9 +1,9 @@
 """Parts in, rankings and their quality out."""
 
+from .._files import remove_leftovers
 from ._collection import Collection
 from ._evaluation import GradedScores, Scores, evaluate, evaluate_graded
 from ._executors import Outcome
-from ._files import remove_leftovers
 from ._index import build_index, is_index
 from ._matching import Matching, Witness
 from ._matrix import build_matrix, dissimilarity_matrix

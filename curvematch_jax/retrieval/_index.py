@@ -17,13 +17,13 @@ from typing import Any
 
 import numpy as np
 
+from .._files import locked, remove_leftovers, replacing, short, vacant, writing
 from .._progress import Progress
 from ..elastic import Tables
 from ..elastic._rigid import RigidTable
 from ..surface import Extraction, Parts
 from ._cohort import LEAST, Cohort
 from ._collection import Collection
-from ._files import locked, remove_leftovers, replacing, short, vacant, writing
 from ._matching import DEFAULT, Matching
 from ._objects import Objects, places
 from ._settings import require_same, run_settings

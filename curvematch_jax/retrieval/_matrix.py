@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._files import locked
 from .._progress import Progress, reporter
 from ..surface import Parts
 from ._blocks import BLOCK, Task, block_distances, compared
 from ._executors import Executor, here, on_cluster
-from ._files import locked
 from ._matching import DEFAULT, Matching
 from ._matrix_store import MatrixStore, open_matrix
 from ._objects import Objects

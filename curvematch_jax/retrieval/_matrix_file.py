@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from .._files import replacing, short, vacant, writing
 from ._blocks import Grid
-from ._files import replacing, short, vacant, writing
 
 MATRIX_FORMAT = 4
 

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from .._files import replacing, vacant, writing
 from .._progress import Progress, reporter
 from ._blocks import Block, Grid, compared
 from ._cohort import LEAST, chosen
-from ._files import replacing, vacant, writing
 from ._matching import Matching
 from ._matrix_file import MATRIX_FORMAT, chunks, matrix_attributes
 from ._objects import Objects, places

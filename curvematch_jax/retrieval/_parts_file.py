@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
+from .._files import replacing, short
 from ..surface import Extraction, Parts
 from ..surface._parts import ARRAYS
-from ._files import replacing, short
 from ._settings import require_same_extraction
 
 # Also to be raised when extraction gives other parts from the same mesh: the key of a source depends on it.

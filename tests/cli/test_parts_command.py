@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from curvematch_jax import _files
 from curvematch_jax.cli._app import run
 from curvematch_jax.datasets import creature
 from curvematch_jax.extraction import extract_collection
 from curvematch_jax.extraction._kept import Store
-from curvematch_jax.retrieval import _files
 from curvematch_jax.surface import Extraction
 
 SETTINGS = Extraction(levels=3, samples=32, vertices=300)

@@ -70,6 +70,8 @@ def test_resampling_goes_round_once_and_has_equal_steps():
 def test_resampling_needs_three_samples():
     with pytest.raises(ValueError, match="n = 2"):
         resample(ellipse(20), 2)
+    with pytest.raises(ValueError, match="n = 1000000000"):
+        resample(ellipse(20), 10**9)
 
 
 def repeats(curve):

@@ -7,7 +7,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from curvematch_jax.outlines import outlines_of, read_curves, read_outlines, write_curves
+from curvematch_jax.outlines import distances_table, outlines_of, read_curves, read_outlines, write_curves
 
 image = pytest.importorskip("PIL.Image")
 pytest.importorskip("skimage")
@@ -169,3 +169,8 @@ def test_settings_of_outlines_are_checked(arguments, sentence):
 def test_masks_that_hide_pixels_are_refused():
     with pytest.raises(ValueError, match="hides pixels"):
         outlines_of(np.ma.masked_array(np.ones((9, 9)), np.eye(9) > 0))
+
+
+def test_a_text_is_no_list_of_names():
+    with pytest.raises(ValueError, match="give a name, and a group if any, for each row"):
+        distances_table(np.zeros((2, 2)), "ab")

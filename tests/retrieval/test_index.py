@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from elastic.aligners import COARSE
 
+from curvematch_jax._files import locked
 from curvematch_jax.retrieval import Collection, Matching, build_index, is_index, rank
 from curvematch_jax.retrieval import _index as index_module
-from curvematch_jax.retrieval._files import locked
 
 WARPS = Matching(aligner=COARSE)
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from curvematch_jax import retrieval
+from curvematch_jax._files import locked
 from curvematch_jax.retrieval import (
     Matching,
     StoredParts,
@@ -20,7 +21,6 @@ from curvematch_jax.retrieval import (
 from curvematch_jax.retrieval import _blocks as blocks_module
 from curvematch_jax.retrieval import _matrix as matrix_module
 from curvematch_jax.retrieval import _matrix_store as store_module
-from curvematch_jax.retrieval._files import locked
 
 SETTINGS = Matching(candidates=0)
 SLOW = pytest.mark.slow
