@@ -1,9 +1,12 @@
 """Where rays meet triangles: all rays from the origin, or a grid of parallel ones. Exact, and without a library."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ._topology import cross
 
+_MOST_CELLS = 2**17  # rays of some triangles that are looked at together
 _SLACK = 1e-9  # rays along an edge meet both of its triangles, and never slip between them
 _GAP = 1e-7  # radians: an arc cosine next to 1 is good to the root of the last digit
 
@@ -17,15 +20,14 @@ def reach(triangles: np.ndarray, polar: np.ndarray, azimuth: np.ndarray) -> np.n
         azimuth: `(a,)` angles around it, `2 pi k / a`.
     """
     rows, columns = np.meshgrid(polar, azimuth, indexing="ij")
-    directions = np.stack([np.sin(rows) * np.cos(columns), np.sin(rows) * np.sin(columns), np.cos(rows)], axis=-1)
-    triangle, cell = _in_cones(triangles, len(polar), len(azimuth))
-    cell[:, 1] %= len(azimuth)
+    directions = np.stack([np.sin(rows) * np.cos(columns), np.sin(rows) * np.sin(columns), np.cos(rows)])
     sides = _sides(triangles)
-    shares, whole = _barycentric(sides[triangle], directions[tuple(cell.T)])
-    met = (shares >= -_SLACK).all(axis=1)
-    volume = (triangles[:, 0] * sides[:, 0]).sum(axis=1)
+    volume = (triangles[:, 0] * sides[0].T).sum(axis=1)
     farthest = np.zeros(rows.shape)
-    np.maximum.at(farthest, tuple(cell[met].T), volume[triangle[met]] / whole[met])
+    for triangle, row, column in _in_cones(triangles, len(polar), len(azimuth)):
+        column %= len(azimuth)
+        _, whole, met = _barycentric(sides, triangle, directions[:, row, column])
+        np.maximum.at(farthest, (row[met], column[met]), volume[triangle[met]] / whole[met])
     return farthest
 
 
@@ -39,39 +41,44 @@ def depths(triangles: np.ndarray, half: float, pixels: int) -> tuple[np.ndarray,
         two images `(pixels, pixels)`, x in rows and y in columns, `inf` and `-inf` where a line meets nothing.
     """
     on_image = (triangles[:, :, :2] + half) * pixels / (2 * half) - 0.5
-    triangle, pixel = _in_boxes(on_image, pixels)
-    flat = np.insert(on_image, 2, 1.0, axis=2)
-    shares, _ = _barycentric(_sides(flat)[triangle], np.insert(pixel.astype(float), 2, 1.0, axis=1))
-    met = (shares >= -_SLACK).all(axis=1)
-    height = np.einsum("ij,ij->i", shares[met], triangles[triangle[met], :, 2])
+    sides = _sides(np.concatenate([on_image, np.ones_like(on_image[..., :1])], axis=2))
+    heights = np.ascontiguousarray(triangles[:, :, 2].T)
     low, high = np.full((pixels, pixels), np.inf), np.full((pixels, pixels), -np.inf)
-    np.minimum.at(low, tuple(pixel[met].T), height)
-    np.maximum.at(high, tuple(pixel[met].T), height)
+    for triangle, row, column in _in_boxes(on_image, pixels):
+        shares, _, met = _barycentric(sides, triangle, np.stack([row, column, np.ones(len(row))]))
+        height = (shares[:, met] * heights[:, triangle[met]]).sum(axis=0)
+        np.minimum.at(low, (row[met], column[met]), height)
+        np.maximum.at(high, (row[met], column[met]), height)
     return low, high
 
 
 def _sides(triangles: np.ndarray) -> np.ndarray:
-    """Normals `(f, 3, 3)` of the planes through the origin and the side opposite to each corner."""
+    """Normals `(3, 3, f)` of the planes through the origin and the side opposite to each corner; corners first."""
     a, b, c = np.moveaxis(triangles, 1, 0)
-    return np.stack([cross(b, c), cross(c, a), cross(a, b)], axis=1)
+    return np.stack([np.ascontiguousarray(cross(*side).T) for side in ((b, c), (c, a), (a, b))])
 
 
-def _barycentric(sides: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where the whole line of each ray meets its triangle's plane: coordinates `(p, 3)` that sum up to 1.
+def _barycentric(
+    sides: np.ndarray, triangle: np.ndarray, directions: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where the whole line of each ray meets its triangle's plane: coordinates `(3, p)` that sum up to 1.
 
-    Also their common denominator `(p,)`. Rays parallel to the plane get NaN, which compares as outside.
+    Also their common denominator `(p,)`, and whether that is inside of the triangle. Rays parallel to the plane get
+    NaN, and are outside.
 
     Args:
-        sides: `(p, 3, 3)`, of the triangle of each ray.
+        triangle: `(p,)`, the number of each ray's triangle.
+        directions: `(3, p)`.
     """
-    volumes = (sides @ directions[:, :, None])[:, :, 0]
-    whole = volumes.sum(axis=1)
+    volumes = np.stack([sum(normal[i][triangle] * directions[i] for i in range(3)) for normal in sides])
+    whole = volumes[0] + volumes[1] + volumes[2]
     whole = np.where(whole == 0, np.nan, whole)
-    return volumes / whole[:, None], whole
+    shares = volumes / whole
+    return shares, whole, (shares[0] >= -_SLACK) & (shares[1] >= -_SLACK) & (shares[2] >= -_SLACK)
 
 
-def _in_cones(triangles: np.ndarray, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles and rays `(p, 2)` that may meet: those in the angles between which a cone about each triangle is.
+def _in_cones(triangles: np.ndarray, rows: int, columns: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Triangles, and rows and columns of rays that may meet them: between the angles of a cone about each triangle.
 
     Rows and columns of rays are those of `reach`; columns are counted on beyond the last one.
     """
@@ -92,17 +99,24 @@ def _in_cones(triangles: np.ndarray, rows: int, columns: int) -> tuple[np.ndarra
     return _cells(np.stack([first, start], axis=1), np.stack([last, end], axis=1))
 
 
-def _in_boxes(triangles: np.ndarray, pixels: int) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles `(f, 3, 2)` and pixels `(p, 2)` that may meet: those in the box about each triangle."""
+def _in_boxes(triangles: np.ndarray, pixels: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Triangles of `(f, 3, 2)`, and rows and columns of pixels that may be inside: those in the box about each."""
     first = np.clip(np.ceil(triangles.min(axis=1) - _SLACK), 0, pixels).astype(int)
     last = np.clip(np.floor(triangles.max(axis=1) + _SLACK), -1, pixels - 1).astype(int)
     return _cells(first, last)
 
 
-def _cells(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """All cells `(c, 2)` of the rectangles from `first` to `last`, `(f, 2)`, and the rectangle of each, `(c,)`."""
+def _cells(first: np.ndarray, last: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """The cells of the rectangles from `first` to `last`, `(f, 2)`: the rectangle, row and column of each, `(c,)`.
+
+    In blocks of some rectangles, so that memory stays bounded where large triangles hide behind each other.
+    """
     size = np.maximum(last - first + 1, 0)
-    count = size.prod(axis=1)
-    box = np.repeat(np.arange(len(first)), count)
-    place = np.arange(len(box)) - np.repeat(np.cumsum(count) - count, count)
-    return box, first[box] + np.stack(np.divmod(place, size[box, 1]), axis=1)
+    before = np.concatenate([[0], np.cumsum(size.prod(axis=1))])
+    start = 0
+    while start < len(size):
+        stop = max(start + 1, int(np.searchsorted(before, before[start] + _MOST_CELLS, side="right")) - 1)
+        box = np.repeat(np.arange(start, stop), np.diff(before[start : stop + 1]))
+        row, column = np.divmod(np.arange(len(box)) + before[start] - before[box], size[box, 1])
+        yield box, first[box, 0] + row, first[box, 1] + column
+        start = stop

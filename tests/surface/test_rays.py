@@ -1,3 +1,5 @@
+import tracemalloc
+
 import numpy as np
 import pytest
 from surface.shapes import cube, sphere
@@ -57,3 +59,19 @@ def test_depths_beyond_the_window_are_cut_off():
     covered = np.broadcast_to((np.arange(8) >= 4) & (np.arange(8) < 6), (8, 8))
     assert (np.isfinite(low) == covered).all()
     assert (low[covered], high[covered]) == (pytest.approx(2), pytest.approx(3))
+
+
+def test_large_triangles_behind_each_other_take_bounded_memory():
+    """200 squares that fill the window: 13 million pixels to look at, 1.5 GB at once."""
+    squares = np.array([[[-2, -2], [2, -2], [2, 2]], [[-2, -2], [2, 2], [-2, 2]]])
+    heights = np.linspace(-1, 1, 200)
+    triangles = np.concatenate([np.insert(squares, 2, height, axis=2) for height in heights[:, None, None]])
+    tracemalloc.start()
+    low, high = depths(triangles, 2.0, 256)
+    found = reach(triangles + np.array([0, 0, 3]), *grid(64))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    np.testing.assert_allclose(low, -1)
+    np.testing.assert_allclose(high, 1)
+    assert found.max() == pytest.approx(4 * np.sqrt(1.5), abs=0.3)
+    assert peak < 100e6
