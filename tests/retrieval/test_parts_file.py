@@ -12,8 +12,8 @@ import zipfile
 import numpy as np
 import pytest
 
+from curvematch_jax import _files
 from curvematch_jax.retrieval import (
-    _files,
     _parts_file,
     fingerprint,
     load_collection,
