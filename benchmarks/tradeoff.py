@@ -10,6 +10,7 @@ With `--out` a picture is drawn beside the file.
 
 import argparse
 import functools as ft
+from dataclasses import replace
 from pathlib import Path
 
 import jax
@@ -21,6 +22,7 @@ from curvematch_jax import Aligner, Elastic, Round
 from ._measure import PRESETS, least_seconds, say
 from ._record import record
 
+_ACCURATE = Elastic.accurate()
 SETTINGS: dict[str, Aligner] = {
     "one coarse round": Elastic((Round(8, 48),), steps=2, knots=128, nodes=4),
     "two rounds": Elastic((Round(16, 32), Round(2, 96)), steps=3),
@@ -30,10 +32,8 @@ SETTINGS: dict[str, Aligner] = {
     "fast": PRESETS["fast"],
     "more starts": Elastic((Round(48, 24, 8), Round(12, 72, 9), Round(4, 216, 8))),
     "more refined": Elastic(paths=2, steps=6),
-    "without its second round": Elastic(
-        (Round(48, 32, 10), Round(10, 96, 16), Round(4, 288, 12)), paths=2, steps=6, knots=512, chunk=16
-    ),
-    "accurate": PRESETS["accurate"],
+    "without its second round": replace(_ACCURATE, rounds=(_ACCURATE.rounds[0], *_ACCURATE.rounds[2:])),
+    "accurate": _ACCURATE,
 }
 _COLOURS = ("#2b6cb0", "#d7301f", "#238b45", "#6a51a3")
 
@@ -91,11 +91,10 @@ def picture(rows: dict, path: Path) -> None:
     figure = Figure(figsize=(7.0, 4.4), layout="constrained")
     axes = figure.subplots()
     for colour, group in zip(_COLOURS, next(iter(rows.values()))["groups"], strict=False):
-        points = [(row["groups"][group], name) for name, row in rows.items()]
-        points.sort(key=lambda point: point[0]["pairs_per_second"])
-        speed = [point["pairs_per_second"] for point, _ in points]
+        points = sorted((row["groups"][group] for row in rows.values()), key=lambda point: point["pairs_per_second"])
+        speed = [point["pairs_per_second"] for point in points]
         for key, dashes, label in (("excess_median", "o-", group), ("excess_p95", "s--", None)):
-            values = [max(point[key], 1e-5) for point, _ in points]
+            values = [max(point[key], 1e-5) for point in points]
             axes.loglog(speed, values, dashes, color=colour, label=label, markersize=4)
     for name, row in rows.items():
         least = min(row["groups"].values(), key=lambda point: point["excess_median"])

@@ -282,7 +282,7 @@ def _face_outwards(work: _Work) -> None:
 
 def _refuse_needles(work: _Work, target: int, join: bool = False) -> None:
     """Where long edges, or bridges to join patches, enclose next to no area, millions of triangles would be made."""
-    length = float(edge_lengths(work.vertices, work.faces, work.edges).sum())
+    length = float(edge_lengths(work.vertices, work.edges).sum())
     if join:
         length += face_components(work.faces)[0] * float(np.ptp(work.vertices, axis=0).max())
     wanted = even_edge(work.vertices, work.faces, target)
@@ -293,7 +293,7 @@ def _refuse_needles(work: _Work, target: int, join: bool = False) -> None:
 def _refine(work: _Work, target: int) -> None:
     """Halve long edges; on a surface that is mostly needles only those that are longer still."""
     longest = _LONGEST * even_edge(work.vertices, work.faces, target)
-    if edge_lengths(work.vertices, work.faces, work.edges).max() <= INNER * longest:
+    if edge_lengths(work.vertices, work.edges).max() <= INNER * longest:
         return
     before = len(work.vertices)
     for factor in _COARSER:

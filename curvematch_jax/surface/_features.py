@@ -155,7 +155,7 @@ def _farthest_first(between: np.ndarray, reach: float) -> list[int]:
 
 
 def _made_up(distances: Distances, vertices: list[int], count: int) -> list[int]:
-    """The vertices, and while they are fewer than `min_parts` the one farthest from them all."""
+    """The vertices, and while they are fewer than `count` the one farthest from them all."""
     vertices = list(vertices)
     while len(vertices) < count:
         nearest = np.minimum.reduce([distances(v) for v in vertices])

@@ -17,9 +17,8 @@ def even_edge(vertices: np.ndarray, faces: np.ndarray, count: int) -> float:
     return float(np.sqrt(face_areas(vertices, faces).sum() / count * 2 / np.sqrt(3)))
 
 
-def edge_lengths(vertices: np.ndarray, faces: np.ndarray, table: Edges | None = None) -> np.ndarray:
+def edge_lengths(vertices: np.ndarray, table: Edges) -> np.ndarray:
     """The length of each edge, once."""
-    table = edges(faces) if table is None else table
     x, y, z = (vertices[table.ends[:, 0]] - vertices[table.ends[:, 1]]).T
     return np.sqrt(x * x + y * y + z * z)
 
@@ -50,7 +49,7 @@ def refine(vertices: np.ndarray, faces: np.ndarray, longest: float, most: int) -
 def _measured(vertices: np.ndarray, faces: np.ndarray, piece: np.ndarray) -> tuple[Edges, np.ndarray, np.ndarray]:
     """The edges, their lengths, and whether the faces of each are not of one flat piece."""
     table = edges(faces)
-    return table, edge_lengths(vertices, faces, table), _between_pieces(faces, piece, table)
+    return table, edge_lengths(vertices, table), _between_pieces(faces, piece, table)
 
 
 def _long(length: np.ndarray, between: np.ndarray, wanted: float) -> np.ndarray:

@@ -26,7 +26,7 @@ def shortcut_graph(mesh: Mesh) -> sp.csr_matrix:
         mesh: an oriented manifold, with or without boundary.
     """
     table = mesh.edges
-    length = edge_lengths(mesh.vertices, mesh.faces, table)
+    length = edge_lengths(mesh.vertices, table)
     found = [(table.ends[:, 0], table.ends[:, 1], length)]
     found += _lines(mesh.faces, length[table.of_halfedge], _opposite(mesh.faces, table))
     start, end, along = (np.concatenate(column) for column in zip(*found, strict=True))
