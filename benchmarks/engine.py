@@ -185,7 +185,7 @@ def beside_fdasrsf(first: np.ndarray, second: np.ndarray, speeds: dict) -> dict:
     """fdasrsf on the same pairs: its speed, and how much larger its distances are."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        from fdasrsf.curve_functions import elastic_distance_curve
+        from fdasrsf.curve_functions import elastic_distance_curve  # pyright: ignore
 
     pairs = list(zip(first, second, strict=True))
     theirs, seconds = timed(lambda: np.array([distance_by(elastic_distance_curve, a, b) for a, b in pairs]))

@@ -84,7 +84,7 @@ def beside(distance: Callable, first: np.ndarray, second: np.ndarray, best: np.n
 
 
 def by_fdasrsf(a: np.ndarray, b: np.ndarray) -> float:
-    from fdasrsf.curve_functions import elastic_distance_curve
+    from fdasrsf.curve_functions import elastic_distance_curve  # pyright: ignore
 
     return float(elastic_distance_curve(closed(a), closed(b), closed=1, rotation=True)[0])
 

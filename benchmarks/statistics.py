@@ -75,7 +75,7 @@ def theirs(made: Leaves) -> dict[str, Any]:
 
 def averaged(curves: np.ndarray) -> Any:
     """fdasrsf's object with the mean and the components of curves `(k, d, n)`."""
-    from fdasrsf.curve_stats import fdacurve
+    from fdasrsf.curve_stats import fdacurve  # pyright: ignore
 
     closed = np.concatenate([curves, curves[..., :1]], axis=2).astype(float)
     found = fdacurve(np.moveaxis(closed, 0, 2), mode="C", N=closed.shape[2])

@@ -92,21 +92,21 @@ def test_a_killed_run_ends_with_the_same_bytes(parts, tmp_path, capsys):
 
 @pytest.mark.filterwarnings("ignore")
 def test_on_a_cluster(parts, tmp_path, capsys):
-    """Of the programs that the documentation names."""
+    """Of the programs that the documentation names; of several workers: `tests/retrieval/test_executors.py`."""
     pytest.importorskip("distributed")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     scheduler = start_dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", env=environment)
-    workers = []
+    started = [scheduler]
     try:
         assert scheduler.stderr is not None
         address = next(
             match[1] for line in scheduler.stderr if (match := re.search(r"Scheduler at:\s+(tcp://127\S+)", line))
         )
-        workers = [start_dask("worker", address, "--nthreads", "1", "--no-dashboard", env=environment) for _ in "ab"]
+        started.append(start_dask("worker", address, "--nthreads", "1", "--no-dashboard", env=environment))
         found = result(capsys, parts, "--out", tmp_path / "D.zarr", "--scheduler", address)
         assert found["blocks"]["computed"] == 3
     finally:
-        for process in (*workers, scheduler):
+        for process in reversed(started):
             process.kill()
             process.communicate()
     result(capsys, parts, "--out", tmp_path / "here.zarr")

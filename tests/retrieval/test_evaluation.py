@@ -129,8 +129,7 @@ def test_agrees_with_trec_eval(random_case):
 @pytest.mark.slow  # ranx compiles for half a minute
 @pytest.mark.filterwarnings("ignore::Warning")
 def test_agrees_with_ranx(random_case):
-    import ranx
-
+    ranx = pytest.importorskip("ranx")
     values, labels = random_case
     scores = evaluate(values, labels)
     relevance, run = judged(values, labels)
