@@ -20,7 +20,7 @@ KINDS = ("human", "horse", "hand", "snake")
 
 @pytest.fixture(scope="module")
 def models():
-    return [(creature(kind, pose, vertices=1500).mesh, kind) for kind in KINDS for pose in (0, 1)]
+    return [(creature(kind, pose, vertices=800).mesh, kind) for kind in KINDS for pose in (0, 1)]
 
 
 @pytest.fixture(scope="module")
