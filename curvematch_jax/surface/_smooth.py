@@ -1,16 +1,12 @@
 """Smoothing of surfaces, before anything is measured on them, and of functions on surfaces."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg
 
+from ._laplacian import factors
 from ._mesh import Mesh
-
-# With the area as unit: vertices and faces of no area get this much, and divide nothing by zero.
-_LEAST_AREA = 1e-10
 
 # A surface of which a step takes off so much of the area was rough, and is smoothed again, this often in all.
 _ROUGH, _STEPS = 0.08, 3
@@ -44,7 +40,7 @@ def smooth(mesh: Mesh, length: float) -> Mesh:
 def _smoothed_once(mesh: Mesh, length: float) -> Mesh:
     size, centre = float(np.sqrt(mesh.area)), mesh.vertices.mean(axis=0)
     unit = (mesh.vertices - centre) / size
-    mass, cotangents = _laplacian(unit, mesh.faces)
+    mass, cotangents = mesh.laplacian
     # 1 / (1 + t^2 l^2) is the real part of 1 / (1 + i t l), whose matrix has a third of the entries.
     moved = factors(sp.diags_array(mass) + 1j * length**2 * cotangents).solve(mass[:, None] * unit + 0j).real
     if not np.isfinite(moved).all():
@@ -55,37 +51,11 @@ def _smoothed_once(mesh: Mesh, length: float) -> Mesh:
 def smoothing_step(mesh: Mesh, length: float) -> Callable[[np.ndarray], np.ndarray]:
     """What smooths functions `(v,)` on a mesh: one implicit step of heat flow, `(M + length^2 A C) x = M x0`.
 
-    A wave of wavelength w keeps `1 / (1 + (2 pi length sqrt(A) / w)^2)` of its amplitude. Vertices without faces keep
-    their values.
+    A wave of wavelength w keeps `1 / (1 + (2 pi length sqrt(A) / w)^2)` of its amplitude.
 
     Args:
         length: in square roots of the surface's area.
     """
-    used, corners = np.unique(mesh.faces, return_inverse=True)
-    points = mesh.vertices[used] - mesh.vertices[used].mean(axis=0)
-    size = float(np.sqrt(mesh.area))
-    mass, cotangents = _laplacian(points / max(size, np.finfo(float).tiny), corners.reshape(mesh.faces.shape))
+    mass, cotangents = mesh.laplacian
     solver = factors(sp.diags_array(mass) + length**2 * cotangents)
-
-    def smoothed(function: np.ndarray) -> np.ndarray:
-        result = function.copy()
-        result[used] = solver.solve(mass * function[used])
-        return result
-
-    return smoothed
-
-
-def _laplacian(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, sp.csc_array]:
-    """The vertices' areas `(v,)` and the cotangents, of a surface whose area is of the order of 1."""
-    import potpourri3d
-
-    mass = np.maximum(potpourri3d.vertex_areas(vertices, faces), _LEAST_AREA)
-    return mass, sp.csc_array(potpourri3d.cotan_laplacian(vertices, faces, denom_eps=_LEAST_AREA))
-
-
-def factors(matrix: Any) -> scipy.sparse.linalg.SuperLU:
-    """What solves a symmetric system whose real part is positive."""
-    # Symmetric and positive: an ordering for such matrices, and no pivoting, take half of the time.
-    return scipy.sparse.linalg.splu(
-        matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    )
+    return lambda function: solver.solve(mass * function)
