@@ -10,7 +10,7 @@ from ._topology import Edges, neighbour_pairs
 # Windows are looked through while the tangent of their angle is more than this share of height over length of the face
 # behind, within these limits: on even triangles ways along lines that far apart are 1 % too long at most, and among
 # needles, where the next vertex may be far to the side, they have to lie closer.
-_SHARE, _NARROWEST, _WIDEST = 0.8, 0.1, 0.3
+_SHARE, _NARROWEST, _WIDEST = 0.8, 0.1, 0.2
 _SHORTEST = 1e-12  # of the other two edges of a face: shorter ones are unfolded as if they were so long
 _DEPTH = 256  # edges that a straight line crosses at most
 
