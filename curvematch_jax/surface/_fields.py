@@ -88,7 +88,7 @@ class Geodesics:
 def _bounded(smoothed: np.ndarray, shortest: np.ndarray) -> np.ndarray:
     """Smoothed distances, brought to within some share of what they were."""
     smoothed = np.where(np.isfinite(smoothed), smoothed, shortest)
-    sound = np.median(np.abs(smoothed - shortest) - _SOUND * shortest) <= 0
+    sound = 2 * np.count_nonzero(np.abs(smoothed - shortest) <= _SOUND * shortest) >= len(shortest)
     down, up = (_SHORTER, _LONGER) if sound else (_DOUBTFUL, 0.0)
     distance = np.clip(smoothed, (1 - down) * shortest, (1 + up) * shortest)
     farthest = np.argmax(shortest)

@@ -63,14 +63,15 @@ def _lines(faces: np.ndarray, length: np.ndarray, opposite: np.ndarray) -> list[
     tail = faces.T.ravel()
     a, b, shape = _unfolded(length, length[after], length[after[after]])
     narrowest = _narrowest(shape, opposite)
-    # The source, where the line began (one that comes back there is no shortest way), the window, its ends and view.
+    # Where the line began (one that comes back there is no shortest way), the window, its ends and view.
     view = _tangent(_cross(a, b), a, b)
     seeing = view > narrowest[after]
-    state = tuple(x[seeing] for x in (tail, after, after, a, b, a, b, view))
+    state = tuple(x[seeing] for x in (after, after, a, b, a, b, view))
+    source = tail[after[after]]  # of a line that began at a half-edge
     found = []
     for _ in range(_DEPTH):
-        source, begun, window, a, b, low, high, view = state
-        if not len(source):
+        begun, window, a, b, low, high, view = state
+        if not len(begun):
             break
         across = opposite[window]
         first = after[across]  # from A to the new vertex
@@ -81,7 +82,7 @@ def _lines(faces: np.ndarray, length: np.ndarray, opposite: np.ndarray) -> list[
         right, left = to_right > 0, to_left > 0
         seen = np.flatnonzero(right & left)
         at = w[seen]
-        found.append((source[seen], tail[second[seen]], np.abs(at)))
+        found.append((source[begun[seen]], tail[second[seen]], np.abs(at)))
         # A vertex in view leaves two narrower ones; others leave it as wide as it was.
         lowest, highest, view_right, view_left = low.copy(), high.copy(), view.copy(), view.copy()
         lowest[seen] = highest[seen] = at
@@ -91,8 +92,8 @@ def _lines(faces: np.ndarray, length: np.ndarray, opposite: np.ndarray) -> list[
         right = np.flatnonzero(right & (view_right > narrowest[first]) & (first != back))
         left = np.flatnonzero(left & (view_left > narrowest[second]) & (second != back))
         ways = (
-            (source, begun, first, a, w, low, highest, view_right),
-            (source, begun, second, w, b, lowest, high, view_left),
+            (begun, first, a, w, low, highest, view_right),
+            (begun, second, w, b, lowest, high, view_left),
         )
         state = tuple(np.concatenate([x[right], y[left]]) for x, y in zip(*ways, strict=True))
     return found
