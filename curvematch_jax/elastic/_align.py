@@ -41,15 +41,15 @@ def align(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | None = None) 
     check_pair(curve1, curve2)
     batch, shape = jnp.broadcast_shapes(curve1.shape[:-2], curve2.shape[:-2]), curve1.shape[-2:]
     dtype = jnp.promote_types(curve1.dtype, curve2.dtype)
-    flat1, flat2 = (jnp.broadcast_to(c.astype(dtype), (*batch, *shape)).reshape(-1, *shape) for c in (curve1, curve2))
-    if traced(flat1, flat2):
-        found = _align_traced(aligner, flat1, flat2)
-    else:
-        found = _align_concrete(np.asarray(flat1), np.asarray(flat2), aligner)
-    return Alignment(*(jnp.asarray(x).reshape(*batch, *x.shape[1:]) for x in found))
+    xp: Any = jnp if traced(curve1, curve2) else np
+    flat1, flat2 = (
+        xp.broadcast_to(xp.asarray(c, dtype), (*batch, *shape)).reshape(-1, *shape) for c in (curve1, curve2)
+    )
+    found = (_align_traced if xp is jnp else _align_concrete)(aligner, flat1, flat2)
+    return Alignment(*(jnp.asarray(x.reshape((*batch, *x.shape[1:]))) for x in found))
 
 
-def _align_concrete(curve1: np.ndarray, curve2: np.ndarray, aligner: Aligner) -> Alignment:
+def _align_concrete(aligner: Aligner, curve1: np.ndarray, curve2: np.ndarray) -> Alignment:
     total = len(curve1)
     if not total:
         some = jax.ShapeDtypeStruct((1, *curve1.shape[1:]), curve1.dtype)
