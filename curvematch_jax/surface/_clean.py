@@ -115,7 +115,7 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
     join = _make_manifold(work)
     if len(work.faces) < len(mesh.faces):  # What is left may be much smaller than what there was.
         work.place(work.placed)
-    given = work.vertices, work.faces
+    given, closed = (work.vertices, work.faces), work.closed
     if len(work.vertices) > _MOST * vertices and len(work.faces) > 2 * _MOST * vertices:
         join = _decimate(work, _KEPT * vertices) or join
     _refuse_needles(work, vertices, join)
@@ -129,13 +129,13 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
     _refine(work, vertices)
     if work.report == CleanReport():
         return mesh, work.report
-    _measure(work, given)
+    _measure(work, given, closed)
     return Mesh(work.placed, work.faces, mesh.name), work.report
 
 
-def _measure(work: _Work, given: tuple[np.ndarray, np.ndarray]) -> None:
+def _measure(work: _Work, given: tuple[np.ndarray, np.ndarray], closed: bool) -> None:
     """Put into the report how far the surface moved from the pieces that were kept."""
-    before, after = shape_of(*given), shape_of(work.vertices, work.faces)
+    before, after = shape_of(*given, closed), shape_of(work.vertices, work.faces, closed=True)
     still = not (work.report.decimated[0] or work.report.closed_holes)
     moved = 0.0 if still else hausdorff(given, (work.vertices, work.faces)) / max(before.extents)
     volumes = (math.nan if shape.volume is None else shape.volume * work.unit**3 for shape in (before, after))
