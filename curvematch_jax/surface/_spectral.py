@@ -12,8 +12,8 @@ import scipy.linalg
 import scipy.sparse as sp
 import scipy.sparse.linalg
 
-from ._laplacian import factors
 from ._mesh import Mesh
+from ._smooth import factors
 from ._topology import face_components, used
 
 SpectralField = Literal["diffusion", "biharmonic", "commute_time"]
@@ -93,15 +93,15 @@ def eigenpairs(mesh: Mesh, count: int) -> tuple[np.ndarray, np.ndarray]:
     root = sp.diags_array(1 / np.sqrt(mass))
     start = np.random.default_rng(0).standard_normal(len(mass))
     matrix = (root @ cotangents @ root).tocsc()
-    eigenvalues, functions = _lowest(matrix, min(count + 1, len(mass)), start)
+    eigenvalues, functions = _lowest(matrix, min(count + 1, len(mass)), start, mesh.name)
     return eigenvalues[1:], root @ functions[:, 1:]
 
 
-def _lowest(matrix: sp.csc_array, count: int, start: np.ndarray) -> Any:
+def _lowest(matrix: sp.csc_array, count: int, start: np.ndarray, name: str) -> Any:
     """The lowest eigenvalues of a symmetric matrix, ascending, and their eigenvectors."""
     if len(start) < _DENSE * count:
         return scipy.linalg.eigh(matrix.toarray(), subset_by_index=(0, count - 1))
-    solver = factors(matrix - _SHIFT * sp.eye_array(len(start)))
+    solver = factors(matrix - _SHIFT * sp.eye_array(len(start)), name)
     operator: Any = scipy.sparse.linalg.LinearOperator
     inverse = operator(matrix.shape, matvec=solver.solve, dtype=matrix.dtype)
     # To the last digit: with any other tolerance Lanczos steps end before they find all copies of multiple eigenvalues.
