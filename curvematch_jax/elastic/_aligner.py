@@ -74,7 +74,7 @@ class Aligner(abc.ABC):
         """Start point and rotation only, both curves by arc length: the least effort, and an upper bound."""
         from ._rigid import Rigid
 
-        return Rigid(chunk=64)
+        return Rigid()
 
 
 @dataclass(frozen=True)
