@@ -88,7 +88,8 @@ def remove_leftovers(folder: Path) -> None:
 
 def short(error: Exception) -> str:
     """An error's type and message, which may quote any length of what a file holds."""
-    return f"{type(error).__name__}: {' '.join(str(error).split())[:160]}"
+    text = " ".join(str(error).split())[:160]
+    return f"{type(error).__name__}: {''.join(letter if letter.isprintable() else '?' for letter in text)}"
 
 
 def _left_over(path: Path) -> bool:

@@ -41,26 +41,30 @@ def align(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | None = None) 
     check_pair(curve1, curve2)
     batch, shape = jnp.broadcast_shapes(curve1.shape[:-2], curve2.shape[:-2]), curve1.shape[-2:]
     dtype = jnp.promote_types(curve1.dtype, curve2.dtype)
-    flat1, flat2 = (jnp.broadcast_to(c.astype(dtype), (*batch, *shape)).reshape(-1, *shape) for c in (curve1, curve2))
-    if traced(flat1, flat2):
-        found = _align_traced(aligner, flat1, flat2)
-    else:
-        found = _align_concrete(np.asarray(flat1), np.asarray(flat2), aligner)
-    return Alignment(*(jnp.asarray(x).reshape(*batch, *x.shape[1:]) for x in found))
+    xp: Any = jnp if traced(curve1, curve2) else np
+    flat1, flat2 = (
+        xp.broadcast_to(xp.asarray(c, dtype), (*batch, *shape)).reshape(-1, *shape) for c in (curve1, curve2)
+    )
+    found = (_align_traced if xp is jnp else _align_concrete)(aligner, flat1, flat2)
+    return Alignment(*(jnp.asarray(x.reshape((*batch, *x.shape[1:]))) for x in found))
 
 
-def _align_concrete(curve1: np.ndarray, curve2: np.ndarray, aligner: Aligner) -> Alignment:
+def _align_concrete(aligner: Aligner, curve1: np.ndarray, curve2: np.ndarray) -> Alignment:
     total = len(curve1)
+    if not total:
+        some = jax.ShapeDtypeStruct((1, *curve1.shape[1:]), curve1.dtype)
+        shapes = jax.eval_shape(ft.partial(align_chunk, aligner), some, some)
+        return jax.tree.map(lambda shape: np.empty((0, *shape.shape[1:]), shape.dtype), shapes)
     size = aligner.chunk if total > _SMALL else _SMALL
     (curve1, place1), (curve2, place2) = distinct(curve1), distinct(curve2)
 
     def compute(part: slice) -> Alignment:
         return align_chunk(aligner, chunks.padded(curve1[part], size), chunks.padded(curve2[part], size))
 
-    some = jax.ShapeDtypeStruct((size, *curve1.shape[1:]), curve1.dtype)
-    shapes = jax.eval_shape(ft.partial(align_chunk, aligner), some, some)
-    whole: Any = jax.tree.map(lambda shape: np.empty((total, *shape.shape[1:]), shape.dtype), shapes)
+    whole: Any = None
     for part, found in chunks.run(compute, (slice(s, min(s + size, total)) for s in range(0, total, size))):
+        if whole is None:
+            whole = jax.tree.map(lambda x: np.empty((total, *x.shape[1:]), x.dtype), found)
         for array, piece in zip(whole, found, strict=True):
             array[part] = piece[: part.stop - part.start]
     warp1, warp2 = original_parameter(whole.warp1, place1), original_parameter(whole.warp2, place2)

@@ -44,11 +44,13 @@ def multiply(a: Float[Array, "d e *l"], b: Float[Array, "e f *l"]) -> Float[Arra
 def solve(a: Float[Array, "m m *l"], b: Float[Array, "m k *l"]) -> Float[Array, "m k *l"]:
     """`a^-1 b`, by elimination without pivots: for small a whose symmetric part is positive definite."""
     m = len(a)
-    rows = [jnp.concatenate([x, y]) for x, y in zip(a, b, strict=True)]
-    for i in range(m):
-        rows[i] = rows[i] / rows[i][i : i + 1]
-        rows = [row if k == i else row - row[i : i + 1] * rows[i] for k, row in enumerate(rows)]
-    return jnp.stack([row[m:] for row in rows])
+    numbers = jnp.arange(m, dtype=jnp.int32).reshape((m,) + (1,) * (a.ndim - 1))
+
+    def eliminate(i, rows):
+        row = rows[i] / rows[i, i][None]
+        return jnp.where(numbers == i, row[None], rows - rows[:, i][:, None] * row[None])
+
+    return lax.fori_loop(0, m, eliminate, jnp.concatenate([a, b], axis=1))[:, m:]
 
 
 def running_sum(x: Float[Array, "*k n"], own: float = 0.0) -> Float[Array, "*k n"]:

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from ._aligner import Aligner, Alignment, check_least
 from ._certify import path_distance
 from ._frame import AnyArray
-from ._lanes import dot, rotate
+from ._lanes import dot, fusion_barrier, rotate
 from ._refine import refine, warps_of
 from ._rotation import best_rotation
 from ._start import Peak, best_start, shift_covariances
@@ -43,10 +43,15 @@ class Rigid(Aligner):
 
     grid: int = 64
     measured: bool = True
-    chunk: int = 256
+    chunk: int = 64
 
     def __post_init__(self) -> None:
         check_least(self, {"grid": 8, "chunk": 1})
+
+    @staticmethod
+    def estimate() -> Rigid:
+        """Distances alone, not measured: small tables, of which many fit into a processor's cache at once."""
+        return Rigid(measured=False, chunk=512)
 
     def tabulate(self, curve: Float[AnyArray, "b d n"]) -> RigidTable:
         table = tabulate(curve, CAPACITY)  # here arc length is all that relates the parameters of the curves
@@ -74,15 +79,15 @@ class Rigid(Aligner):
 
 
 def _estimate(t1: Float[Array, "b d n"], t2: Float[Array, "b d n"], peak: Peak) -> Float[Array, " b"]:
-    """`arccos <t1, R t2>` for t2 shifted, by a parabola between its samples; through the chord, precise near 0."""
+    """`arccos <t1, R t2>` for t2 shifted, by a parabola between its samples; through the chord, precise near 0.
+
+    The squared chord to a parabola of unit vectors is the parabola of the squared chords to each.
+    """
     n = t1.shape[-1]
-    place = peak.nearest[:, None] + jnp.asarray(np.arange(-1, n + 1), jnp.int32)[None]
-    around = jnp.moveaxis(jnp.take_along_axis(t2, (place % n)[:, None], axis=2, mode="promise_in_bounds"), 1, 0)
-    left, middle, right = around[..., :-2], around[..., 1:-1], around[..., 2:]
-    a, b, c = (weight[:, None] for weight in peak.weights)
-    shifted = a[None] * left + b[None] * middle + c[None] * right
-    apart = jnp.moveaxis(t1, 1, 0) - rotate(best_rotation(peak.covariance)[..., None], shifted)
-    square = lambda x: dot(x, x)  # noqa: E731
-    lost = a * b * square(left - middle) + b * c * square(middle - right) + a * c * square(left - right)
-    chord = jnp.sqrt(jnp.maximum(jnp.mean(square(apart) + lost, axis=-1), 0))
-    return 2 * jnp.arcsin(jnp.minimum(chord / 2, 1))
+    place = (peak.nearest[:, None] + jnp.asarray(np.arange(-1, n + 1), jnp.int32)[None]) % n
+    look_up = lambda: jnp.take_along_axis(t2, place[:, None], axis=2, mode="promise_in_bounds")  # noqa: E731
+    around = jnp.moveaxis(fusion_barrier(look_up, peak.nearest[0] >= 0), 1, 0)
+    t1, t2 = jnp.moveaxis(t1, 1, 0), rotate(best_rotation(peak.covariance)[..., None], around)
+    apart = [t1 - t2[..., k : k + n] for k in range(3)]
+    chords = [weight * jnp.mean(dot(x, x), axis=-1) for weight, x in zip(peak.weights, apart, strict=True)]
+    return 2 * jnp.arcsin(jnp.minimum(jnp.sqrt(jnp.maximum(sum(chords), 0)) / 2, 1))

@@ -29,7 +29,7 @@ def best_rotation(c: Float[Array, "d d *l"]) -> Float[Array, "d d *l"]:
     if c.shape[0] == 2:
         return _planar(c)
     if c.shape[0] == 3:
-        return _from_quaternion(_largest_eigenvector(_horn(c)))
+        return _by_quaternions(c)
     return _kabsch(c)
 
 
@@ -60,12 +60,25 @@ def _quartic_root(c: Float[Array, "3 3 *l"]) -> Float[Array, "*l"]:
     return root
 
 
-def _horn(c: Float[Array, "3 3 *l"]) -> Float[Array, "4 4 *l"]:
-    x, y, z = c[2, 1] - c[1, 2], c[0, 2] - c[2, 0], c[1, 0] - c[0, 1]
-    xy, xz, yz = c[0, 1] + c[1, 0], c[0, 2] + c[2, 0], c[1, 2] + c[2, 1]
-    a, b, d = c[0, 0], c[1, 1], c[2, 2]
-    rows = [[a + b + d, x, y, z], [x, a - b - d, xy, xz], [y, xy, b - a - d, yz], [z, xz, yz, d - a - b]]
-    return jnp.stack([jnp.stack(row) for row in rows])
+def _by_quaternions(c: Float[Array, "3 3 *l"]) -> Float[Array, "3 3 *l"]:
+    """`tr(R^T C)` is a quadratic form of the quaternion of R: the largest eigenvector of Horn's matrix."""
+    products = jnp.asarray(_PRODUCTS, c.dtype)
+    x = _largest_eigenvector(jnp.tensordot(products, c, 2, precision="highest"))
+    return jnp.tensordot(products, x[:, None] * x[None], ((0, 1), (0, 1)), precision="highest")
+
+
+def _quaternion_products() -> np.ndarray:
+    """B, `(4, 4, 3, 3)`: the rotation of a unit quaternion is `R_ij = sum_ab B_abij x_a x_b`."""
+    one = np.eye(3)
+    found = np.zeros((4, 4, 3, 3))
+    found[0, 0] = one
+    found[0, 1:] = found[1:, 0] = np.cross(one[:, None], one[None]).swapaxes(1, 2)  # v -> e_k x v
+    outer = one[:, None, :, None] * one[None, :, None, :]
+    found[1:, 1:] = outer + outer.swapaxes(0, 1) - one[:, :, None, None] * one
+    return found
+
+
+_PRODUCTS = _quaternion_products()
 
 
 def _largest_eigenvector(k: Float[Array, "4 4 *l"]) -> Float[Array, "4 *l"]:
@@ -83,16 +96,6 @@ def _largest_eigenvector(k: Float[Array, "4 4 *l"]) -> Float[Array, "4 *l"]:
     column = jnp.argmax(diagonal, axis=0)
     vector = jnp.take_along_axis(power, column[None, None], axis=1)[:, 0]
     return vector / jnp.sqrt(dot(vector, vector))[None]
-
-
-def _from_quaternion(q: Float[Array, "4 *l"]) -> Float[Array, "3 3 *l"]:
-    w, x, y, z = q
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return jnp.stack([jnp.stack(row) for row in rows])
 
 
 def _kabsch(c: Float[Array, "d d *l"]) -> Float[Array, "d d *l"]:

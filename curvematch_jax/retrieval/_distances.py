@@ -99,7 +99,7 @@ def shortlist(distances: np.ndarray, starts: np.ndarray, candidates: int) -> np.
 
 def rough_distances(first: Stack, second: Stack, pairs: np.ndarray, matching: Matching) -> np.ndarray:
     """What candidates are chosen by: sizes, which cost next to nothing, or else shapes without reparametrisation."""
-    rigid = Rigid(measured=False) if matching.aligner.warps else matching.aligner
+    rigid = Rigid.estimate() if matching.aligner.warps else matching.aligner
     return part_distances(first, second, pairs, matching, None if matching.sized else rigid)
 
 

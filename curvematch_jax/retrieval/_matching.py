@@ -97,7 +97,7 @@ class Matching:
         scale: radians; see `masses`.
     """
 
-    aligner: Aligner = field(default_factory=lambda: Rigid(measured=False))
+    aligner: Aligner = field(default_factory=Rigid.estimate)
     candidates: int = 2
     length_weight: float = 0.25
     level_set_weight: float = 0.25

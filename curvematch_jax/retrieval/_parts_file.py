@@ -26,7 +26,7 @@ from ..surface._parts import ARRAYS
 from ._settings import require_same_extraction
 
 # Also to be raised when extraction gives other parts from the same mesh: the key of a source depends on it.
-PARTS_FORMAT = 7
+PARTS_FORMAT = 8
 
 # The kinds of dtype (`numpy.dtype.kind`) of all fields.
 _KINDS = {name: "b" if name == "mask" else "f" for name in ARRAYS}

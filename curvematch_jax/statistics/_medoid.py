@@ -5,7 +5,7 @@ import numpy as np
 from ..elastic import Aligner, Rigid, pair_distances, tabulate
 
 _COMPARED = 128  # members with which each is compared: of more, evenly spaced ones
-_ESTIMATE: Aligner = Rigid(measured=False)
+_ESTIMATE: Aligner = Rigid.estimate()
 
 
 def rough_medoids(curves: np.ndarray, group: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -51,13 +51,22 @@ class _Work:
 
     def __init__(self, mesh: Mesh):
         self.name = mesh.name or "mesh"
-        low, width = _box(mesh)
-        self.unit = 2.0 ** math.floor(math.log2(width))
-        self.origin = np.where(np.abs(low) > _FAR * width, np.round(low / self.unit) * self.unit, 0.0)
-        self.vertices, self.faces = (mesh.vertices - self.origin) / self.unit, mesh.faces
-        self.edges = mesh.edges
+        self.faces, self.edges = mesh.faces, mesh.edges
+        self.place(mesh.vertices)
         self.closed = is_closed_manifold(self.vertices, self.faces, self.edges)
         self.report = CleanReport()
+
+    def place(self, vertices: np.ndarray) -> None:
+        """Choose unit and origin for vertices in the mesh's own."""
+        low, width = _box(vertices, self.faces, self.name)
+        self.unit = 2.0 ** math.floor(math.log2(width))
+        self.origin = np.where(np.abs(low) > _FAR * width, np.round(low / self.unit) * self.unit, 0.0)
+        self.vertices = (vertices - self.origin) / self.unit
+
+    @property
+    def placed(self) -> np.ndarray:
+        """The vertices in the unit of the mesh, and where it is."""
+        return self.vertices * self.unit + self.origin
 
     def set(self, vertices: np.ndarray, faces: np.ndarray, **changes: Any) -> None:
         """The next state; a change is a count, which is added to the report's, or a pair, which replaces it."""
@@ -104,7 +113,9 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
     if not work.closed:
         _weld(work)
     join = _make_manifold(work)
-    given = work.vertices, work.faces
+    if len(work.faces) < len(mesh.faces):  # What is left may be much smaller than what there was.
+        work.place(work.placed)
+    given, closed = (work.vertices, work.faces), work.closed
     if len(work.vertices) > _MOST * vertices and len(work.faces) > 2 * _MOST * vertices:
         join = _decimate(work, _KEPT * vertices) or join
     _refuse_needles(work, vertices, join)
@@ -118,13 +129,13 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
     _refine(work, vertices)
     if work.report == CleanReport():
         return mesh, work.report
-    _measure(work, given)
-    return Mesh(work.vertices * work.unit + work.origin, work.faces, mesh.name), work.report
+    _measure(work, given, closed)
+    return Mesh(work.placed, work.faces, mesh.name), work.report
 
 
-def _measure(work: _Work, given: tuple[np.ndarray, np.ndarray]) -> None:
+def _measure(work: _Work, given: tuple[np.ndarray, np.ndarray], closed: bool) -> None:
     """Put into the report how far the surface moved from the pieces that were kept."""
-    before, after = shape_of(*given), shape_of(work.vertices, work.faces)
+    before, after = shape_of(*given, closed), shape_of(work.vertices, work.faces, closed=True)
     still = not (work.report.decimated[0] or work.report.closed_holes)
     moved = 0.0 if still else hausdorff(given, (work.vertices, work.faces)) / max(before.extents)
     volumes = (math.nan if shape.volume is None else shape.volume * work.unit**3 for shape in (before, after))
@@ -139,17 +150,16 @@ def _measure(work: _Work, given: tuple[np.ndarray, np.ndarray]) -> None:
     )
 
 
-def _box(mesh: Mesh) -> tuple[np.ndarray, float]:
+def _box(vertices: np.ndarray, faces: np.ndarray, label: str) -> tuple[np.ndarray, float]:
     """Lowest corner and width of the box around all faces.
 
     Raises:
         MeshError: squares would overflow, or rounding would not tell vertices apart.
     """
-    named = used(mesh.faces)
-    corners = mesh.vertices[: len(named)][named]
+    named = used(faces)
+    corners = vertices[: len(named)][named]
     with np.errstate(over="ignore"):
         width = float(np.ptp(corners, axis=0).max())
-    label = mesh.name or "mesh"
     if not _LEAST_WIDTH <= width <= _MOST_WIDTH:
         raise MeshError(f"{label}: it is {width:.3g} units wide; scale it to between {_LEAST_WIDTH} and {_MOST_WIDTH}")
     far = float(np.abs(corners).max())
@@ -273,7 +283,7 @@ def _made_up(
 
 def _face_outwards(work: _Work) -> None:
     volume = signed_volume(work.vertices, work.faces)
-    if abs(volume) < _FLAT * float(face_areas(work.vertices, work.faces).sum()) ** 1.5:
+    if abs(volume) <= _FLAT * float(face_areas(work.vertices, work.faces).sum()) ** 1.5:
         raise MeshError(f"{work.name}: the surface is flat and encloses no volume")
     if volume < 0:
         flipped = len(work.faces) - 2 * work.report.flipped  # those that were turned before are back as they came

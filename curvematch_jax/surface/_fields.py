@@ -24,9 +24,10 @@ _DIAMETER = 1.5
 # feature points. A length that does not depend on the mesh makes fields, and so feature points, depend less on it.
 _SMOOTHING = 0.03
 
-# Smoothing changes no distance by more than this share. Where half of all distances would change by more than the
-# second share, the triangles are no good for smoothing: none may grow, and none shrink by more than the third.
-_CHANGE, _SOUND, _DOUBTFUL = 0.025, 0.016, 0.015
+# Smoothing makes no distance shorter by more than the first share, nor longer by more than the second: it is too long
+# already, if anything. Where half of all distances would change by more than the third share, the triangles are no good
+# for smoothing: none may grow, and none shrink by more than the fourth.
+_SHORTER, _LONGER, _SOUND, _DOUBTFUL = 0.025, 0.015, 0.016, 0.015
 
 
 def check_field(field: str) -> None:
@@ -56,8 +57,8 @@ class Geodesics:
 
     They are the shortest ways in a graph of edges and straight lines over faces (`shortcut_graph`), which are no
     shorter than geodesics and seldom longer by 1 %, made smooth by a short step of heat flow. On sound triangles that
-    changes most of them by a few thousandths, and none by more than 2.5 %: where it would, next to the source, at tips
-    or among needles, the bound is the distance. The farthest vertex keeps its distance as it was.
+    changes most of them by a few thousandths, and none by more than -2.5 % or 1.5 %: where it would, next to the
+    source, at tips or among needles, the bound is the distance. The farthest vertex keeps its distance as it was.
 
     Args:
         mesh: any oriented mesh; vertices that cannot be reached from a source are infinitely far from it.
@@ -87,8 +88,8 @@ class Geodesics:
 def _bounded(smoothed: np.ndarray, shortest: np.ndarray) -> np.ndarray:
     """Smoothed distances, brought to within some share of what they were."""
     smoothed = np.where(np.isfinite(smoothed), smoothed, shortest)
-    sound = np.median(np.abs(smoothed - shortest) - _SOUND * shortest) <= 0
-    down, up = (_CHANGE, _CHANGE) if sound else (_DOUBTFUL, 0.0)
+    sound = 2 * np.count_nonzero(np.abs(smoothed - shortest) <= _SOUND * shortest) >= len(shortest)
+    down, up = (_SHORTER, _LONGER) if sound else (_DOUBTFUL, 0.0)
     distance = np.clip(smoothed, (1 - down) * shortest, (1 + up) * shortest)
     farthest = np.argmax(shortest)
     distance[farthest] = shortest[farthest]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ._topology import edges, face_areas, label_components, neighbour_pairs
+from ._topology import cross, edges, face_areas, label_components, neighbour_pairs, norms
 
 _ROUNDS = 60
 _COPLANAR = 1e-6  # radians between the normals of two faces of one flat piece
@@ -16,17 +16,17 @@ def flat_pieces(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     normal, empty = _normals(vertices, faces)
     _, pairs = neighbour_pairs(faces, edges(faces))
     one, other = normal[pairs[:, 0]], normal[pairs[:, 1]]
-    level = (np.linalg.norm(np.cross(one, other), axis=1) < _COPLANAR) & ((one * other).sum(axis=1) > 0)
+    level = (norms(cross(one, other)) < _COPLANAR) & (_dot(one, other) > 0)
     level &= ~empty[pairs].any(axis=1)
     _, piece = label_components(len(faces), pairs[level])
     return np.where(empty, -1, piece)
 
 
 def _normals(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    corners = vertices[faces]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    size = np.linalg.norm(normal, axis=1)
-    longest = ((corners - corners[:, [1, 2, 0]]) ** 2).sum(axis=2).max(axis=1)
+    a, b, c = (vertices[corner] for corner in faces.T)
+    normal = cross(b - a, c - a)
+    size = norms(normal)
+    longest = np.maximum.reduce([_dot(side, side) for side in (b - a, c - b, a - c)])
     return normal / np.maximum(size, 1e-300)[:, None], size <= 2 * _NO_AREA * longest
 
 
@@ -47,7 +47,7 @@ def flip_edges(vertices: np.ndarray, faces: np.ndarray, piece: np.ndarray) -> tu
         return faces, piece
     faces, piece = faces.copy(), piece.copy()
     here, number = faces[active], piece[active]
-    rest = _keys(edges(np.delete(faces, active, axis=0)).ends) if len(active) < len(faces) else active[:0]
+    rest = _keys(*edges(np.delete(faces, active, axis=0)).ends.T) if len(active) < len(faces) else active[:0]
     for _ in range(_ROUNDS):
         if not _flip_once(vertices, here, number, rest):
             break
@@ -55,8 +55,14 @@ def flip_edges(vertices: np.ndarray, faces: np.ndarray, piece: np.ndarray) -> tu
     return faces, piece
 
 
-def _keys(ends: np.ndarray) -> np.ndarray:
-    return ends.min(axis=1) * _BASE + ends.max(axis=1)
+def _keys(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """A number for each pair of vertices, ascending for the ends of a table of edges."""
+    return np.minimum(one, other) * _BASE + np.maximum(one, other)
+
+
+def _among(values: np.ndarray, ascending: np.ndarray) -> np.ndarray:
+    """Which values are among others that are sorted."""
+    return np.searchsorted(ascending, values, side="left") < np.searchsorted(ascending, values, side="right")
 
 
 def _flip_once(vertices: np.ndarray, faces: np.ndarray, piece: np.ndarray, rest: np.ndarray) -> bool:
@@ -66,12 +72,13 @@ def _flip_once(vertices: np.ndarray, faces: np.ndarray, piece: np.ndarray, rest:
     corner, face = np.divmod(halfedges, len(faces))
     a, b = faces[face[:, 0], corner[:, 0]], faces[face[:, 0], (corner[:, 0] + 1) % 3]
     c, d = (faces[face[:, k], (corner[:, k] + 2) % 3] for k in range(2))
-    sine = _sine_of_opposite_angles(vertices, a, b, c, d)
     group = piece[pairs]
-    free = (group[:, 0] == group[:, 1]) | (group < 0).any(axis=1)
-    wanted = np.flatnonzero(free & (sine < -_TOLERANCE) & (c != d))
-    key = _keys(np.stack([c, d], axis=1))
-    wanted = wanted[~np.isin(key[wanted], _keys(table.ends)) & ~np.isin(key[wanted], rest)]
+    free = (group[:, 0] == group[:, 1]) | (group[:, 0] < 0) | (group[:, 1] < 0)
+    sine = np.ones(len(free))
+    sine[free] = _sine_of_opposite_angles(vertices, a[free], b[free], c[free], d[free])
+    wanted = np.flatnonzero((sine < -_TOLERANCE) & (c != d))
+    key = _keys(c, d)
+    wanted = wanted[~_among(key[wanted], _keys(*table.ends.T)) & ~_among(key[wanted], rest)]
     if not len(wanted):
         return False
     chosen = wanted[_apart(sine[wanted], pairs[wanted], len(faces))]
@@ -90,16 +97,14 @@ def _sine_of_opposite_angles(
     vertices: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray
 ) -> np.ndarray:
     """Sine of the sum of the angles at c and d: negative where the edge from a to b is not Delaunay."""
-    u, v, w, z = (
-        vertices[a] - vertices[c],
-        vertices[b] - vertices[c],
-        vertices[a] - vertices[d],
-        vertices[b] - vertices[d],
-    )
-    first, second = np.linalg.norm(np.cross(u, v), axis=1), np.linalg.norm(np.cross(w, z), axis=1)
-    total = (u * v).sum(axis=1) * second + first * (w * z).sum(axis=1)
-    size = np.prod([np.linalg.norm(x, axis=1) for x in (u, v, w, z)], axis=0)
-    return total / np.maximum(size, 1e-300)
+    u, v, w, z = (vertices[one] - vertices[other] for one, other in ((a, c), (b, c), (a, d), (b, d)))
+    total = _dot(u, v) * norms(cross(w, z)) + norms(cross(u, v)) * _dot(w, z)
+    return total / np.maximum(norms(u) * norms(v) * norms(w) * norms(z), 1e-300)
+
+
+def _dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    (a, b, c), (x, y, z) = one.T, other.T
+    return a * x + b * y + c * z
 
 
 def _apart(score: np.ndarray, pairs: np.ndarray, count: int) -> np.ndarray:

@@ -129,13 +129,15 @@ class LevelSets:
 
 
 def _crossings(mesh: Mesh, function: np.ndarray, values: np.ndarray, band: np.ndarray, table: Edges) -> _Crossings:
-    bands = band[table.ends]
-    lowest, count = bands.min(axis=1), np.ptp(bands, axis=1)
+    a, b = table.ends.T
+    swap = band[a] > band[b]
+    inner, outer = np.where(swap, b, a), np.where(swap, a, b)
+    lowest = band[inner]
+    count = band[outer] - lowest
     first = np.cumsum(count) - count - lowest
     edge = np.repeat(np.arange(len(count)), count)
     level = np.arange(len(edge)) - first[edge]
-    ends, swap = table.ends[edge], (bands[:, 0] > bands[:, 1])[edge]
-    inner, outer = np.where(swap, ends[:, 1], ends[:, 0]), np.where(swap, ends[:, 0], ends[:, 1])
+    inner, outer = inner[edge], outer[edge]
     share = (values[level] - function[inner]) / (function[outer] - function[inner])
     points = mesh.vertices[inner] + share[:, None] * (mesh.vertices[outer] - mesh.vertices[inner])
     return _Crossings(edge, level, first, inner, outer, points)
@@ -146,14 +148,14 @@ def _following(faces: np.ndarray, band: np.ndarray, crossings: _Crossings, table
 
     In each crossed face one half-edge goes out of the lower region and one comes back: a step of the curve.
     """
-    bands = band[faces]
-    lowest, count = bands.min(axis=1), np.ptp(bands, axis=1)
+    a, b, c = bands = band[faces.T]
+    lowest = np.minimum(np.minimum(a, b), c)
+    count = np.maximum(np.maximum(a, b), c) - lowest
     face = np.repeat(np.arange(len(faces)), count)
     level = np.arange(len(face)) - (np.cumsum(count) - count - lowest)[face]
-    inside = bands[face] <= level[:, None]
-    ahead = inside[:, [1, 2, 0]]
-    leaves, returns = np.argmax(inside & ~ahead, axis=1), np.argmax(~inside & ahead, axis=1)
-    edge_of = table.of_halfedge.reshape(3, len(faces))
+    a, b, c = bands[:, face] <= level  # whether the corners are inside
+    leaves, returns = np.where(a & ~b, 0, np.where(b & ~c, 1, 2)), np.where(b & ~a, 0, np.where(c & ~b, 1, 2))
+    first = crossings.first[table.of_halfedge]
     following = np.full(len(crossings.edge), -1)
-    following[crossings.first[edge_of[leaves, face]] + level] = crossings.first[edge_of[returns, face]] + level
+    following[first[leaves * len(faces) + face] + level] = first[returns * len(faces) + face] + level
     return following

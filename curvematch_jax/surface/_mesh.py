@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from . import _topology
+from . import _laplacian, _topology
 
 _DIGITS = 18
 
@@ -58,6 +58,11 @@ class Mesh:
     def face_areas(self) -> np.ndarray:
         """Area of each face `(f,)`, in squared mesh units."""
         return _topology.face_areas(self.vertices, self.faces)
+
+    @cached_property
+    def laplacian(self) -> _laplacian.Laplacian:
+        """The Laplacian of the surface, scaled to unit area."""
+        return _laplacian.laplacian(self.vertices, self.faces, self.area)
 
     @property
     def area(self) -> float:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import KDTree
 
-from ._topology import compact, edges, face_areas, signed_volume
+from ._topology import compact, face_areas, signed_volume
 
 _SAMPLES, _DENSE = 2000, 20_000  # points whose distance to the other surface is looked for, and points on that one
 _NEAREST = 8  # points of the other surface whose faces are looked at
@@ -21,9 +21,8 @@ class Shape(NamedTuple):
     extents: tuple[float, float, float]  # of its box along the axes
 
 
-def shape_of(vertices: np.ndarray, faces: np.ndarray) -> Shape:
+def shape_of(vertices: np.ndarray, faces: np.ndarray, closed: bool) -> Shape:
     """The shape of a surface in one or more oriented pieces."""
-    closed = bool((edges(faces).count == 2).all())
     x, y, z = np.ptp(compact(vertices, faces)[0], axis=0).tolist()
     area = float(face_areas(vertices, faces).sum())
     return Shape(area, abs(signed_volume(vertices, faces)) if closed else None, (x, y, z))

@@ -7,6 +7,7 @@ on Multimedia Signal Processing, 2001.
 import numpy as np
 
 from ._mesh import Mesh
+from ._topology import norms
 
 
 def canonical_vertices(mesh: Mesh) -> np.ndarray:
@@ -16,13 +17,15 @@ def canonical_vertices(mesh: Mesh) -> np.ndarray:
     counts, not only vertices). Each points to where the surface's second moment about the centroid is greater.
     """
     shares = mesh.face_areas / mesh.area
-    vertices = mesh.vertices - shares @ mesh.vertices[mesh.faces].mean(axis=1)
-    corners = vertices[mesh.faces]
-    sums = corners.sum(axis=1)
-    moments = np.einsum("f,fki,fkj->ij", shares, corners, corners) + np.einsum("f,fi,fj->ij", shares, sums, sums)
+    a, b, c = (mesh.vertices[corner] for corner in mesh.faces.T)
+    centroid = shares @ (a + b + c) / 3
+    vertices = mesh.vertices - centroid
+    corners = [corner - centroid for corner in (a, b, c)]
+    sums = corners[0] + corners[1] + corners[2]
+    moments = sum((shares[:, None] * x).T @ x for x in (*corners, sums))
     axes = np.linalg.eigh(moments / 12)[1][:, ::-1]
     # The mean of a quadratic over a triangle is that of its values at the middles of the three edges.
-    middles = (corners + np.roll(corners, 1, axis=1)) / 2 @ axes
-    sides = np.einsum("f,fki->i", shares, np.sign(middles) * middles**2)
-    scale = shares @ np.linalg.norm(middles, axis=2).mean(axis=1)
+    middles = [(x + y) / 2 @ axes for x, y in zip(corners, corners[1:] + corners[:1], strict=True)]
+    sides = shares @ sum(np.sign(middle) * middle**2 for middle in middles)
+    scale = shares @ sum(norms(middle) for middle in middles) / 3
     return vertices @ axes * np.where(sides < 0, -1, 1) / scale

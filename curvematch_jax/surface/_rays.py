@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ._topology import cross
+from ._topology import cross, norms
 
 _MOST_CELLS = 2**17  # rays of some triangles that are looked at together
 _SLACK = 1e-9  # rays along an edge meet both of its triangles, and never slip between them
@@ -83,10 +83,10 @@ def _in_cones(triangles: np.ndarray, rows: int, columns: int) -> Iterator[tuple[
     Rows and columns of rays are those of `reach`; columns are counted on beyond the last one.
     """
     tiny = np.finfo(float).tiny
-    outwards = triangles / np.maximum(np.linalg.norm(triangles, axis=2, keepdims=True), tiny)
-    middle = outwards.sum(axis=1)
-    middle /= np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), tiny)
-    cosine = np.einsum("fki,fi->fk", outwards, middle).min(axis=1)
+    outwards = [corner / np.maximum(norms(corner), tiny)[:, None] for corner in np.moveaxis(triangles, 1, 0)]
+    middle = outwards[0] + outwards[1] + outwards[2]
+    middle /= np.maximum(norms(middle), tiny)[:, None]
+    cosine = np.minimum.reduce([np.einsum("fi,fi->f", corner, middle) for corner in outwards])
     # A cone below half a space is convex: it holds the triangle with its corners. Otherwise all rays are looked at.
     width = np.where(cosine > 0, np.arccos(np.clip(cosine, 0, 1)), np.pi) + _GAP
     polar, azimuth = np.arccos(np.clip(middle[:, 2], -1, 1)), np.arctan2(middle[:, 1], middle[:, 0])
@@ -101,8 +101,10 @@ def _in_cones(triangles: np.ndarray, rows: int, columns: int) -> Iterator[tuple[
 
 def _in_boxes(triangles: np.ndarray, pixels: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Triangles of `(f, 3, 2)`, and rows and columns of pixels that may be inside: those in the box about each."""
-    first = np.clip(np.ceil(triangles.min(axis=1) - _SLACK), 0, pixels).astype(int)
-    last = np.clip(np.floor(triangles.max(axis=1) + _SLACK), -1, pixels - 1).astype(int)
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    first = np.clip(np.ceil(low - _SLACK), 0, pixels).astype(int)
+    last = np.clip(np.floor(high + _SLACK), -1, pixels - 1).astype(int)
     return _cells(first, last)
 
 
@@ -112,7 +114,7 @@ def _cells(first: np.ndarray, last: np.ndarray) -> Iterator[tuple[np.ndarray, np
     In blocks of some rectangles, so that memory stays bounded where large triangles hide behind each other.
     """
     size = np.maximum(last - first + 1, 0)
-    before = np.concatenate([[0], np.cumsum(size.prod(axis=1))])
+    before = np.concatenate([[0], np.cumsum(size[:, 0] * size[:, 1])])
     start = 0
     while start < len(size):
         stop = max(start + 1, int(np.searchsorted(before, before[start] + _MOST_CELLS, side="right")) - 1)

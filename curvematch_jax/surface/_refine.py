@@ -3,7 +3,7 @@
 import numpy as np
 
 from ._flips import flat_pieces, flip_edges
-from ._topology import Edges, edges, face_areas, neighbour_pairs
+from ._topology import Edges, edges, face_areas, neighbour_pairs, norms
 
 INNER = 1.5  # edges inside of flat pieces may be so much longer: the diagonals of narrow strips stay
 # The corners of the faces that replace a face, by its halved edges; 3, 4, 5 are the middles of its edges 01, 12, 20.
@@ -19,8 +19,7 @@ def even_edge(vertices: np.ndarray, faces: np.ndarray, count: int) -> float:
 
 def edge_lengths(vertices: np.ndarray, table: Edges) -> np.ndarray:
     """The length of each edge, once."""
-    x, y, z = (vertices[table.ends[:, 0]] - vertices[table.ends[:, 1]]).T
-    return np.sqrt(x * x + y * y + z * z)
+    return norms(vertices[table.ends[:, 0]] - vertices[table.ends[:, 1]])
 
 
 def refine(vertices: np.ndarray, faces: np.ndarray, longest: float, most: int) -> tuple[np.ndarray, np.ndarray] | None:

@@ -7,8 +7,10 @@ from ._mesh import Mesh
 from ._refine import edge_lengths
 from ._topology import Edges, neighbour_pairs
 
-# Windows narrower than this are not looked through: ways between lines that are so much apart are 1 % too long at most.
-_NARROWEST = 0.2  # radians
+# Windows are looked through while the tangent of their angle is more than this share of height over length of the face
+# behind, within these limits: on even triangles ways along lines that far apart are 1 % too long at most, and among
+# needles, where the next vertex may be far to the side, they have to lie closer.
+_SHARE, _NARROWEST, _WIDEST = 0.8, 0.1, 0.2
 _SHORTEST = 1e-12  # of the other two edges of a face: shorter ones are unfolded as if they were so long
 _DEPTH = 256  # edges that a straight line crosses at most
 
@@ -19,8 +21,8 @@ def shortcut_graph(mesh: Mesh) -> sp.csr_matrix:
     Around a vertex the faces are unfolded into the plane, edge by edge, and each further vertex that is seen through
     the edges in between is joined to it by a straight line (as in Mitchell, Mount, Papadimitriou: The discrete geodesic
     problem, SIAM J. Comput. 16(4), 1987, with windows that end after a few faces). Ways in this graph are ways on the
-    surface, so they are never shorter than geodesics; since there are some thirty directions at a vertex instead of
-    six, they are only little longer.
+    surface, so they are never shorter than geodesics; since there are some sixty directions at a vertex instead of six,
+    they are only little longer.
 
     Args:
         mesh: an oriented manifold, with or without boundary.
@@ -60,13 +62,16 @@ def _lines(faces: np.ndarray, length: np.ndarray, opposite: np.ndarray) -> list[
     after = (corner + 1) % 3 * size + face  # the half-edge that follows in the same face
     tail = faces.T.ravel()
     a, b, shape = _unfolded(length, length[after], length[after[after]])
-    # The source, where the line began (one that comes back there is no shortest way), the window, its ends and view.
-    seeing = (opposite[after] >= 0) & _wide(_cross(a, b), a, b)
-    state = tuple(x[seeing] for x in (tail, after, after, a, b, a, b))
+    narrowest = _narrowest(shape, opposite)
+    # Where the line began (one that comes back there is no shortest way), the window, its ends and view.
+    view = _tangent(_cross(a, b), a, b)
+    seeing = view > narrowest[after]
+    state = tuple(x[seeing] for x in (after, after, a, b, a, b, view))
+    source = tail[after[after]]  # of a line that began at a half-edge
     found = []
     for _ in range(_DEPTH):
-        source, begun, window, a, b, low, high = state
-        if not len(source):
+        begun, window, a, b, low, high, view = state
+        if not len(begun):
             break
         across = opposite[window]
         first = after[across]  # from A to the new vertex
@@ -77,23 +82,38 @@ def _lines(faces: np.ndarray, length: np.ndarray, opposite: np.ndarray) -> list[
         right, left = to_right > 0, to_left > 0
         seen = np.flatnonzero(right & left)
         at = w[seen]
-        found.append((source[seen], tail[second[seen]], np.abs(at)))
+        found.append((source[begun[seen]], tail[second[seen]], np.abs(at)))
         # A vertex in view leaves two narrower ones; others leave it as wide as it was.
-        right[seen], left[seen] = _wide(to_right[seen], low[seen], at), _wide(to_left[seen], at, high[seen])
-        lowest, highest = low.copy(), high.copy()
+        lowest, highest, view_right, view_left = low.copy(), high.copy(), view.copy(), view.copy()
         lowest[seen] = highest[seen] = at
-        right &= (first != opposite[begun]) & (opposite[first] >= 0)
-        left &= (second != opposite[begun]) & (opposite[second] >= 0)
-        right, left = np.flatnonzero(right), np.flatnonzero(left)
-        ways = (source, begun, first, a, w, low, highest), (source, begun, second, w, b, lowest, high)
+        view_right[seen] = _tangent(to_right[seen], low[seen], at)
+        view_left[seen] = _tangent(to_left[seen], at, high[seen])
+        back = opposite[begun]
+        right = np.flatnonzero(right & (view_right > narrowest[first]) & (first != back))
+        left = np.flatnonzero(left & (view_left > narrowest[second]) & (second != back))
+        ways = (
+            (begun, first, a, w, low, highest, view_right),
+            (begun, second, w, b, lowest, high, view_left),
+        )
         state = tuple(np.concatenate([x[right], y[left]]) for x, y in zip(*ways, strict=True))
     return found
 
 
-def _wide(crossed: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Whether the angle from `low` to `high`, of this cross product, is more than the narrowest that is looked into."""
+def _narrowest(shape: np.ndarray, opposite: np.ndarray) -> np.ndarray:
+    """Tangents of the narrowest angles that each half-edge is looked through at: infinite where no face is behind it.
+
+    Args:
+        shape: `(h,)`, of the face of each half-edge the third corner in the plane in which the half-edge is 1 long.
+    """
+    longest = np.maximum(np.maximum(np.abs(shape), np.abs(shape - 1)), 1)
+    behind = np.clip(_SHARE * np.imag(shape) / longest**2, _NARROWEST, _WIDEST)[opposite]
+    return np.where(opposite < 0, np.inf, behind)
+
+
+def _tangent(crossed: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Of the angle from `low` to `high`, whose cross product is given; infinite from a right angle on."""
     along = np.real(low) * np.real(high) + np.imag(low) * np.imag(high)
-    return crossed > np.tan(_NARROWEST) * np.maximum(along, 0)
+    return np.where(along > 0, crossed / np.where(along > 0, along, 1), np.where(crossed > 0, np.inf, 0))
 
 
 def _unfolded(

@@ -7,13 +7,13 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg
 
-from ._mesh import Mesh
-
-# With the area as unit: vertices and faces of no area get this much, and divide nothing by zero.
-_LEAST_AREA = 1e-10
+from ._mesh import Mesh, MeshError
 
 # A surface of which a step takes off so much of the area was rough, and is smoothed again, this often in all.
 _ROUGH, _STEPS = 0.08, 3
+
+# A surface of which a step leaves less than this is no rough one: it is thinner than the waves that are taken off.
+_LEFT = 0.1
 
 
 def smooth(mesh: Mesh, length: float) -> Mesh:
@@ -26,7 +26,8 @@ def smooth(mesh: Mesh, length: float) -> Mesh:
     level curves longer by tens of per cent and differently on every scan.
 
     On a rough surface, distances and areas are not yet those of the surface beneath, so that a step leaves too much. If
-    it took off a large share of the area, another follows, on the surface that it made.
+    it took off a large share of the area, another follows, on the surface that it made. Needles and wires that are
+    thinner than the waves would vanish, and stay as they are.
 
     Args:
         mesh: a closed surface.
@@ -35,7 +36,10 @@ def smooth(mesh: Mesh, length: float) -> Mesh:
     if not length:
         return mesh
     for _ in range(_STEPS):
-        before, mesh = mesh.area, _smoothed_once(mesh, length)
+        before, smoothed = mesh.area, _smoothed_once(mesh, length)
+        if smoothed.area < _LEFT * before:
+            break
+        mesh = smoothed
         if mesh.area > (1 - _ROUGH) * before:
             break
     return mesh
@@ -44,9 +48,10 @@ def smooth(mesh: Mesh, length: float) -> Mesh:
 def _smoothed_once(mesh: Mesh, length: float) -> Mesh:
     size, centre = float(np.sqrt(mesh.area)), mesh.vertices.mean(axis=0)
     unit = (mesh.vertices - centre) / size
-    mass, cotangents = _laplacian(unit, mesh.faces)
+    mass, cotangents = mesh.laplacian
     # 1 / (1 + t^2 l^2) is the real part of 1 / (1 + i t l), whose matrix has a third of the entries.
-    moved = factors(sp.diags_array(mass) + 1j * length**2 * cotangents).solve(mass[:, None] * unit + 0j).real
+    system = factors(sp.diags_array(mass) + 1j * length**2 * cotangents, mesh.name)
+    moved = system.solve(mass[:, None] * unit + 0j).real
     if not np.isfinite(moved).all():
         return mesh
     return Mesh(moved * size + centre, mesh.faces, mesh.name)
@@ -55,37 +60,27 @@ def _smoothed_once(mesh: Mesh, length: float) -> Mesh:
 def smoothing_step(mesh: Mesh, length: float) -> Callable[[np.ndarray], np.ndarray]:
     """What smooths functions `(v,)` on a mesh: one implicit step of heat flow, `(M + length^2 A C) x = M x0`.
 
-    A wave of wavelength w keeps `1 / (1 + (2 pi length sqrt(A) / w)^2)` of its amplitude. Vertices without faces keep
-    their values.
+    A wave of wavelength w keeps `1 / (1 + (2 pi length sqrt(A) / w)^2)` of its amplitude.
 
     Args:
         length: in square roots of the surface's area.
     """
-    used, corners = np.unique(mesh.faces, return_inverse=True)
-    points = mesh.vertices[used] - mesh.vertices[used].mean(axis=0)
-    size = float(np.sqrt(mesh.area))
-    mass, cotangents = _laplacian(points / max(size, np.finfo(float).tiny), corners.reshape(mesh.faces.shape))
-    solver = factors(sp.diags_array(mass) + length**2 * cotangents)
-
-    def smoothed(function: np.ndarray) -> np.ndarray:
-        result = function.copy()
-        result[used] = solver.solve(mass * function[used])
-        return result
-
-    return smoothed
+    mass, cotangents = mesh.laplacian
+    solver = factors(sp.diags_array(mass) + length**2 * cotangents, mesh.name)
+    return lambda function: solver.solve(mass * function)
 
 
-def _laplacian(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, sp.csc_array]:
-    """The vertices' areas `(v,)` and the cotangents, of a surface whose area is of the order of 1."""
-    import potpourri3d
-
-    mass = np.maximum(potpourri3d.vertex_areas(vertices, faces), _LEAST_AREA)
-    return mass, sp.csc_array(potpourri3d.cotan_laplacian(vertices, faces, denom_eps=_LEAST_AREA))
-
-
-def factors(matrix: Any) -> scipy.sparse.linalg.SuperLU:
-    """What solves a symmetric system whose real part is positive."""
-    # Symmetric and positive: an ordering for such matrices, and no pivoting, take half of the time.
-    return scipy.sparse.linalg.splu(
-        matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    )
+def factors(matrix: Any, name: str) -> scipy.sparse.linalg.SuperLU:
+    """What solves a symmetric system, of the mesh of this name, whose real part is positive."""
+    try:
+        # Symmetric and positive: an ordering for such matrices, no pivoting and no dense panels take half of the time.
+        return scipy.sparse.linalg.splu(
+            matrix.tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            relax=1,
+            panel_size=1,
+            options={"SymmetricMode": True},
+        )
+    except RuntimeError:  # singular to all digits
+        raise MeshError(f"{name or 'mesh'}: its triangles are too thin to be measured") from None

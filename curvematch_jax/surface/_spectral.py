@@ -32,10 +32,6 @@ _SHIFT = -1e-2
 # With fewer vertices than this times the eigenpairs, the dense matrix is the quicker way to them.
 _DENSE = 4
 
-# With the area as unit: faces and vertices of no area get this much, and divide nothing by zero. The energy of the
-# degenerate face stays positive, as all its three cotangents are changed by one factor.
-_LEAST_AREA = 1e-12
-
 _WEIGHTS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "diffusion": lambda eigenvalues: np.exp(-_TIME * eigenvalues),
     "biharmonic": lambda eigenvalues: 1 / eigenvalues,
@@ -71,8 +67,7 @@ class SpectralDistances:
         if face_components(mesh.faces)[0] > 1 or used(mesh.faces).sum() < len(mesh.vertices):
             raise ValueError(f"{mesh.name or 'mesh'}: spectral distances need one connected surface and nothing else")
         size = float(np.sqrt(mesh.area))
-        unit = (mesh.vertices - mesh.vertices.mean(axis=0)) / size
-        eigenvalues, functions = eigenpairs(unit, mesh.faces, _EIGENPAIRS)
+        eigenvalues, functions = eigenpairs(mesh, _EIGENPAIRS)
         fading = 1 - eigenvalues / eigenvalues[-1]
         self._embedding = size * fading * _WEIGHTS[field](eigenvalues) * functions
 
@@ -81,35 +76,33 @@ class SpectralDistances:
         return np.linalg.norm(self._embedding - self._embedding[source], axis=1)
 
 
-def eigenpairs(vertices: np.ndarray, faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+def eigenpairs(mesh: Mesh, count: int) -> tuple[np.ndarray, np.ndarray]:
     """The lowest eigenpairs of a connected surface's Laplacian, without the constant one.
 
-    `C e = l M e` with the cotangents `C` and the vertices' areas `M` on the diagonal (Meyer, Desbrun, Schroeder, Barr:
-    Discrete differential-geometry operators for triangulated 2-manifolds, 2003), as the ordinary problem of
+    `C e = l M e` with the cotangents `C` and the vertices' areas `M` on the diagonal, as the ordinary problem of
     `M^-1/2 C M^-1/2`. Lanczos steps start from a fixed vector, so the result is always the same.
 
     Args:
-        vertices: `(v, 3)`, of a surface whose area is of the order of 1.
         count: how many; of a small mesh at most `v - 1`.
 
     Returns:
-        eigenvalues `(k,)`, ascending, and eigenfunctions `(v, k)` of unit norm on the surface, each up to its sign.
+        eigenvalues `(k,)`, ascending, and eigenfunctions `(v, k)` of unit norm, each up to its sign, of the surface
+        scaled to unit area.
     """
-    import potpourri3d
-
-    mass = np.maximum(potpourri3d.vertex_areas(vertices, faces), _LEAST_AREA)
+    mass, cotangents = mesh.laplacian
     root = sp.diags_array(1 / np.sqrt(mass))
-    matrix = (root @ potpourri3d.cotan_laplacian(vertices, faces, denom_eps=_LEAST_AREA) @ root).tocsc()
     start = np.random.default_rng(0).standard_normal(len(mass))
-    eigenvalues, functions = _lowest(matrix, min(count + 1, len(mass)), start)
+    matrix = (root @ cotangents @ root).tocsc()
+    eigenvalues, functions = _lowest(matrix, min(count + 1, len(mass)), start, mesh.name)
     return eigenvalues[1:], root @ functions[:, 1:]
 
 
-def _lowest(matrix: sp.csc_array, count: int, start: np.ndarray) -> Any:
+def _lowest(matrix: sp.csc_array, count: int, start: np.ndarray, name: str) -> Any:
     """The lowest eigenvalues of a symmetric matrix, ascending, and their eigenvectors."""
     if len(start) < _DENSE * count:
         return scipy.linalg.eigh(matrix.toarray(), subset_by_index=(0, count - 1))
-    solver = factors(matrix - _SHIFT * sp.eye_array(len(start)))
+    solver = factors(matrix - _SHIFT * sp.eye_array(len(start)), name)
     operator: Any = scipy.sparse.linalg.LinearOperator
     inverse = operator(matrix.shape, matvec=solver.solve, dtype=matrix.dtype)
+    # To the last digit: with any other tolerance Lanczos steps end before they find all copies of multiple eigenvalues.
     return scipy.sparse.linalg.eigsh(matrix, count, sigma=_SHIFT, v0=start, OPinv=inverse)

@@ -15,5 +15,4 @@ EIGENVALUES = 20
 
 def spectrum(mesh: Mesh, count: int = EIGENVALUES) -> np.ndarray:
     """The lowest eigenvalues above 0 times the area, `(count,)`, ascending; fewer of a mesh of fewer vertices."""
-    size = float(np.sqrt(mesh.area))
-    return eigenpairs((mesh.vertices - mesh.vertices.mean(axis=0)) / size, mesh.faces, count)[0]
+    return eigenpairs(mesh, count)[0]

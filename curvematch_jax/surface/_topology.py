@@ -14,6 +14,7 @@ class Edges(NamedTuple):
     of_halfedge: np.ndarray  # (3 f,) the edge of each half-edge
     count: np.ndarray  # (e,) faces on each edge
     forward: np.ndarray  # (3 f,) bool, the half-edge runs from ends[:, 0] to ends[:, 1]
+    order: np.ndarray  # (3 f,) the half-edges, by their edge
 
 
 def edges(faces: np.ndarray) -> Edges:
@@ -22,8 +23,14 @@ def edges(faces: np.ndarray) -> Edges:
     head = faces[:, [1, 2, 0]].T.ravel()
     base = int(faces.max()) + 1
     key = np.minimum(tail, head) * base + np.maximum(tail, head)
-    unique, of_halfedge, count = np.unique(key, return_inverse=True, return_counts=True)
-    return Edges(np.stack([unique // base, unique % base], axis=1), of_halfedge, count, tail < head)
+    order = np.argsort(key)
+    key = key[order]
+    new = np.concatenate([[True], key[1:] != key[:-1]])
+    of_halfedge = np.empty_like(order)
+    of_halfedge[order] = np.cumsum(new) - 1
+    first = np.flatnonzero(new)
+    count = np.diff(first, append=len(key))
+    return Edges(np.stack(np.divmod(key[first], base), axis=1), of_halfedge, count, tail < head, order)
 
 
 def label_components(count: int, pairs: np.ndarray) -> tuple[int, np.ndarray]:
@@ -59,9 +66,9 @@ def weld(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 def neighbour_pairs(faces: np.ndarray, table: Edges) -> tuple[np.ndarray, np.ndarray]:
     """Faces that share a two-face edge: the half-edges `(p, 2)` of each such edge, and their faces `(p, 2)`."""
-    manifold = np.flatnonzero(table.count[table.of_halfedge] == 2)
-    order = manifold[np.argsort(table.of_halfedge[manifold], kind="stable")]
-    halfedges = order.reshape(-1, 2)
+    first = (np.cumsum(table.count) - 2)[table.count == 2]
+    one, other = table.order[first], table.order[first + 1]
+    halfedges = np.stack([np.minimum(one, other), np.maximum(one, other)], axis=1)
     return halfedges, halfedges % len(faces)
 
 
@@ -139,8 +146,7 @@ def is_closed_manifold(vertices: np.ndarray, faces: np.ndarray, table: Edges | N
 def face_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Area of each face, in squared mesh units."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
-    x, y, z = cross(b - a, c - a).T
-    return 0.5 * np.sqrt(x * x + y * y + z * z)
+    return 0.5 * norms(cross(b - a, c - a))
 
 
 def cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -149,7 +155,14 @@ def cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
 
 
+def norms(rows: np.ndarray) -> np.ndarray:
+    """Lengths of rows `(n, 3)`, in half the time of `numpy.linalg.norm`."""
+    x, y, z = rows.T
+    return np.sqrt(x * x + y * y + z * z)
+
+
 def signed_volume(vertices: np.ndarray, faces: np.ndarray) -> float:
     """Enclosed volume, positive when the faces run counter-clockwise seen from outside."""
-    a, b, c = (vertices[faces[:, k]] - vertices.mean(axis=0) for k in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+    vertices = vertices - vertices.mean(axis=0)
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return float((a * cross(b, c)).sum() / 6)

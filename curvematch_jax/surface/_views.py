@@ -53,7 +53,8 @@ def image_magnitudes(image: np.ndarray) -> np.ndarray:
     """Magnitudes of the lowest frequencies, `(31,)`: of each pair `(p, q)` and `(-p, -q)`, which are equal, one."""
     p, q = np.mgrid[0 : FREQUENCIES + 1, -FREQUENCIES : FREQUENCIES + 1]
     low = (p + abs(q) <= FREQUENCIES) & ((p > 0) | (q >= 0))
-    return np.abs(np.fft.fft2(image)[p[low], q[low]]) / image.size
+    waves = np.fft.fft(np.fft.rfft(image, axis=0)[: FREQUENCIES + 1], axis=1)
+    return np.abs(waves[p[low], q[low]]) / image.size
 
 
 def reach_magnitudes(triangles: np.ndarray) -> np.ndarray:

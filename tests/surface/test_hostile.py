@@ -305,6 +305,23 @@ def test_a_mesh_too_far_from_the_origin_is_refused():
         clean(moved(sphere(2), offset=(1e12, 0, 0)))
 
 
+@pytest.mark.parametrize(("scale", "reason"), [(1e-300, "units wide; scale it"), (1e-10, "too far for its size")])
+def test_what_is_left_without_degenerate_faces_is_held_to_the_same_sizes(scale, reason):
+    speck = moved(sphere(2), offset=(1, 0, 0) if scale > 1e-20 else (0, 0, 0), scale=scale)
+    corners = np.concatenate([speck.vertices, [[1.0, 1, 1], [0, 0, 1]]])
+    far = [[0, len(corners) - 2, len(corners) - 2], [1, len(corners) - 1, len(corners) - 1]]
+    with pytest.raises(MeshError, match=reason):
+        extract_parts(Mesh(corners, np.concatenate([speck.faces, far])), SMALL)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e-12])
+def test_faces_far_away_that_are_dropped_do_not_matter(scale):
+    mesh = moved(sphere(2), scale=scale)
+    corners = np.concatenate([mesh.vertices, [[1.0, 1, 1]]])
+    cleaned, _ = clean(Mesh(corners, np.concatenate([mesh.faces, [[0, 162, 162]]])), vertices=200)
+    np.testing.assert_allclose(cleaned.vertices[:162], mesh.vertices, rtol=1e-3, atol=1e-3 * scale)
+
+
 def test_an_unused_vertex_at_the_end_of_the_world_does_not_matter():
     mesh = sphere(2)
     cleaned, report = clean(Mesh(np.vstack([mesh.vertices, [[1e308, -1e308, 0]]]), mesh.faces), vertices=200)

@@ -1,12 +1,14 @@
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from surface.shapes import limbed, moved, sphere
 
-from curvematch_jax.surface import Extraction, Mesh
+from curvematch_jax.surface import Extraction, Mesh, MeshError
+from curvematch_jax.surface._clean import clean
 from curvematch_jax.surface._features import feature_points
 from curvematch_jax.surface._fields import distances_on
 from curvematch_jax.surface._parts import parts_around
-from curvematch_jax.surface._smooth import _smoothed_once, smooth
+from curvematch_jax.surface._smooth import _smoothed_once, factors, smooth
 from curvematch_jax.surface._topology import face_areas
 
 LENGTH = Extraction().smoothing
@@ -54,6 +56,18 @@ def test_unit_and_place_do_not_count():
     other = moved(mesh, scale=1e4)
     expected = moved(smooth(mesh, LENGTH), scale=1e4)
     np.testing.assert_allclose(smooth(other, LENGTH).vertices, expected.vertices, rtol=1e-6, atol=1e-3)
+
+
+@pytest.mark.parametrize("length", [1e3, 1e4])
+def test_a_needle_thinner_than_the_waves_stays_as_it_is(length):
+    corners = np.array([[0.0, 0, 0], [0, 1, 0], [0, 0, 1], [length, 0, 0]])
+    needle, _ = clean(Mesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])))
+    assert area(smooth(needle, LENGTH)) > 0.1 * area(needle)
+
+
+def test_triangles_too_thin_for_a_system_are_refused_in_one_sentence():
+    with pytest.raises(MeshError, match=r"^needle: its triangles are too thin to be measured$"):
+        factors(sp.csc_array(np.zeros((2, 2))), "needle")
 
 
 def test_no_length_leaves_the_mesh_as_it_is():
