@@ -21,7 +21,11 @@ LARGEST = 3 * 2**29
 
 
 def pytest_configure():
-    """Keep compiled code for the other workers, for the processes that tests start, and for the next run."""
+    """Keep compiled code for the other workers, for the processes that tests start, and for the next run.
+
+    Each worker gets one thread of BLAS: more of them compete for the cores, and sparse solvers take many times as long.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from curvematch_jax.cli._jax import cache_folder
 
     settings = {
