@@ -6,10 +6,12 @@ on Multimedia Signal Processing, 2001.
 
 import numpy as np
 
+from ._blas import on_one_thread
 from ._mesh import Mesh
 from ._topology import norms
 
 
+@on_one_thread
 def canonical_vertices(mesh: Mesh) -> np.ndarray:
     """Vertices `(v, 3)` with the surface's centroid as origin and its mean distance from there as unit.
 

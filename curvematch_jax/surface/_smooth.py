@@ -7,6 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg
 
+from ._blas import on_one_thread
 from ._mesh import Mesh, MeshError
 
 # A surface of which a step takes off so much of the area was rough, and is smoothed again, this often in all.
@@ -70,6 +71,7 @@ def smoothing_step(mesh: Mesh, length: float) -> Callable[[np.ndarray], np.ndarr
     return lambda function: solver.solve(mass * function)
 
 
+@on_one_thread
 def factors(matrix: Any, name: str) -> scipy.sparse.linalg.SuperLU:
     """What solves a symmetric system, of the mesh of this name, whose real part is positive."""
     try:

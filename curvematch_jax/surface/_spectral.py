@@ -12,6 +12,7 @@ import scipy.linalg
 import scipy.sparse as sp
 import scipy.sparse.linalg
 
+from ._blas import on_one_thread
 from ._mesh import Mesh
 from ._smooth import factors
 from ._topology import face_components, used
@@ -97,6 +98,7 @@ def eigenpairs(mesh: Mesh, count: int) -> tuple[np.ndarray, np.ndarray]:
     return eigenvalues[1:], root @ functions[:, 1:]
 
 
+@on_one_thread
 def _lowest(matrix: sp.csc_array, count: int, start: np.ndarray, name: str) -> Any:
     """The lowest eigenvalues of a symmetric matrix, ascending, and their eigenvectors."""
     if len(start) < _DENSE * count:
