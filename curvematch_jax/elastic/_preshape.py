@@ -15,6 +15,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 
 from ._check import as_field, traced
 from ._curve import norm
+from ._lanes import solve
 
 _NEWTON_STEPS = 12
 _DUAL_STEPS = 40
@@ -224,13 +225,9 @@ def _gram(q: Float[Array, "*b d n"]) -> Float[Array, "*b d d"]:
 
 
 def _solve(a: Float[Array, "*b d d"], b: Float[Array, "*b d"]) -> Float[Array, "*b d"]:
-    """`a^-1 b` for positive definite a: Gaussian elimination written out, for which d is small enough."""
-    d = b.shape[-1]
-    rows = [jnp.concatenate([a[..., i, :], b[..., i, None]], axis=-1) for i in range(d)]
-    for i in range(d):
-        rows[i] = rows[i] / rows[i][..., i, None]
-        rows = [row if k == i else row - row[..., i, None] * rows[i] for k, row in enumerate(rows)]
-    return jnp.stack([row[..., d] for row in rows], axis=-1)
+    """`a^-1 b` for positive definite a, by elimination without pivots."""
+    lanes_last = lambda x, axes: jnp.moveaxis(x, tuple(range(-axes, 0)), tuple(range(axes)))  # noqa: E731
+    return jnp.moveaxis(solve(lanes_last(a, 2), lanes_last(b, 1)[:, None])[:, 0], 0, -1)
 
 
 def exp_map(q: ArrayLike, v: ArrayLike, steps: int = 16) -> Float[Array, "*b d n"]:
