@@ -1,4 +1,4 @@
-"""What each addition to the published method is worth: scores with it left out.
+"""What each preset, witness and setting is worth: scores with it left out or changed.
 
     python -m benchmarks ablation DIR... [--rows NAME...] [--out FILE.json]   # adds to what the file holds
 
@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from curvematch_jax.retrieval import Matching, Scores, dissimilarity_matrix, evaluate, run_settings
+from curvematch_jax.retrieval import Matching, Scores, Witness, dissimilarity_matrix, evaluate, rerank, run_settings
 from curvematch_jax.surface import Extraction, Parts
 
 from ._measure import say, timed, use_every_core
@@ -25,14 +25,18 @@ from ._record import known, record
 
 MEASURES = ("nn", "ft", "st", "dcg", "map")
 PAPER = Matching.paper()
+ONE_WAY = Matching(fusion="belief", witnesses=())
 
-# One change at a time: from the paper's method upwards, from the default downwards, and what was tried.
+# The presets, one change of the default at a time, and the paper's method with changes of its own.
 ROWS: dict[str, tuple[Extraction, Matching]] = {
-    "paper": (Extraction(), PAPER),
-    "paper, levels weigh alike": (Extraction(), dataclasses.replace(PAPER, decay=0.0)),
-    "paper, without warps": (Extraction(), dataclasses.replace(PAPER, aligner=Matching().aligner)),
-    "paper, without smoothing": (Extraction(smoothing=0.0), PAPER),
     "default": (Extraction(), Matching()),
+    "articulated": (Extraction(), Matching.articulated()),
+    "generic": (Extraction(), Matching.generic()),
+    "parts alone": (Extraction(), Matching(witnesses=())),
+    "parts and spectrum": (Extraction(), Matching(witnesses=(Witness("spectrum"),))),
+    "parts and views": (Extraction(), Matching(witnesses=(Witness("views"),))),
+    "one-way": (Extraction(), ONE_WAY),
+    "one-way, masses of equation 4": (Extraction(), dataclasses.replace(ONE_WAY, masses="shares", scale=1.0)),
     "without smoothing": (Extraction(smoothing=0.0), Matching()),
     "without lengths": (Extraction(), Matching(length_weight=0.0)),
     "without level sets": (Extraction(), Matching(level_set_weight=0.0)),
@@ -48,15 +52,18 @@ ROWS: dict[str, tuple[Extraction, Matching]] = {
     "even levels": (Extraction(spacing=1.0), Matching()),
     "radius .4, 12 levels": (Extraction(radius=0.4, levels=12), Matching()),
     "all candidates": (Extraction(), Matching(candidates=0)),
-    "with warps": (Extraction(), Matching.elastic()),
     "diameter as unit": (Extraction(), Matching(unit="diameter")),
     "true size": (Extraction(), Matching(unit="mesh")),
     "significance by area": (Extraction(), Matching(significance="area")),
-    "masses of equation 4": (Extraction(), Matching(masses="shares", scale=1.0)),
     "isometry weight 6": (Extraction(), Matching(isometry_weight=6.0)),
     "isometry weight 24": (Extraction(), Matching(isometry_weight=24.0)),
     "level weights k^-.25": (Extraction(), Matching(decay=0.25)),
     "level weights k^-.5": (Extraction(), Matching(decay=0.5)),
+    "with warps": (Extraction(), Matching.elastic()),
+    "paper": (Extraction(), PAPER),
+    "paper, levels weigh alike": (Extraction(), dataclasses.replace(PAPER, decay=0.0)),
+    "paper, without warps": (Extraction(), dataclasses.replace(PAPER, aligner=Matching().aligner)),
+    "paper, without smoothing": (Extraction(smoothing=0.0), PAPER),
 }
 
 
@@ -99,9 +106,11 @@ def ablated(folder: Path, rows: Sequence[str], jobs: int) -> Iterator[tuple[str,
 
 
 def measured(parts: Sequence[Parts], labels: Sequence[str], matching: Matching) -> dict:
-    """Scores on the whole and on both halves."""
+    """Scores on the whole, re-ranked where dissimilarities are symmetric, and on both halves."""
     matrix, seconds = timed(lambda: dissimilarity_matrix(parts, matching))
     scores: dict = {"whole": summary(evaluate(matrix, labels)), "seconds": seconds}
+    if matching.mutual:
+        scores["re-ranked"] = summary(evaluate(rerank(matrix), labels))
     for name, members in zip(("first half", "second half"), halves(labels), strict=True):
         scores[name] = summary(evaluate(matrix[np.ix_(members, members)], [labels[i] for i in members]))
     return scores
