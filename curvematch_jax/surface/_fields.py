@@ -57,8 +57,9 @@ class Geodesics:
 
     They are the shortest ways in a graph of edges and straight lines over faces (`shortcut_graph`), which are no
     shorter than geodesics and seldom longer by 1 %, made smooth by a short step of heat flow. On sound triangles that
-    changes most of them by a few thousandths, and none by more than -2.5 % or 1.5 %: where it would, next to the
-    source, at tips or among needles, the bound is the distance. The farthest vertex keeps its distance as it was.
+    changes most of them by a few thousandths, and makes none shorter by more than 2.5 % or longer by more than 1.5 %:
+    where it would, next to the source, at tips or among needles, the bound is the distance. The farthest vertex keeps
+    its distance as it was.
 
     Args:
         mesh: any oriented mesh; vertices that cannot be reached from a source are infinitely far from it.
