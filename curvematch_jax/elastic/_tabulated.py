@@ -13,7 +13,7 @@ from . import _chunks as chunks
 from ._align import order_key
 from ._aligner import Aligner
 
-_TOGETHER = 64  # curves tabulated at once, however many pairs are aligned so: a few curves cost little
+_MOST = 64  # curves tabulated at once, however many pairs are aligned so: a few curves cost little
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,14 +53,15 @@ class Tables:
 
 def tables_of(curves: np.ndarray, aligner: Aligner) -> Tables:
     """The tables of curves `(C, d, n)` without repeated samples."""
-    some = jax.ShapeDtypeStruct((_TOGETHER, *curves.shape[1:]), curves.dtype)
+    size = min(aligner.chunk, _MOST)
+    some = jax.ShapeDtypeStruct((size, *curves.shape[1:]), curves.dtype)
     shapes = jax.eval_shape(aligner.tabulate, some)
     tables = jax.tree.map(lambda shape: np.empty((len(curves), *shape.shape[1:]), shape.dtype), shapes)
 
     def compute(part: slice) -> Any:
-        return aligner.tabulate(chunks.padded(curves[part], _TOGETHER))
+        return aligner.tabulate(chunks.padded(curves[part], size))
 
-    for part, found in chunks.run(compute, (slice(s, s + _TOGETHER) for s in range(0, len(curves), _TOGETHER))):
+    for part, found in chunks.run(compute, (slice(s, s + size) for s in range(0, len(curves), size))):
         for table, values in zip(jax.tree.leaves(tables), jax.tree.leaves(found), strict=True):
             table[part] = values[: len(curves[part])]
     return Tables(tables, np.asarray(order_key(curves)), curves.shape[1], aligner)
