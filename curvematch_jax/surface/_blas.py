@@ -4,8 +4,9 @@ Threads that BLAS wakes for a few rows wait for each other longer than they work
 """
 
 import functools
+import threading
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 from threadpoolctl import ThreadpoolController
 
@@ -19,12 +20,35 @@ def _libraries() -> ThreadpoolController:
     return ThreadpoolController()
 
 
+class _OneThread:
+    """A limit that holds while anybody is inside: the first who enters sets it, the last who leaves takes it back."""
+
+    def __init__(self) -> None:
+        self._lock, self._inside = threading.Lock(), 0
+        self._limit: Any = None
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if not self._inside:
+                self._limit = _libraries().limit(limits=1, user_api="blas")
+            self._inside += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._inside -= 1
+            if not self._inside:
+                self._limit.restore_original_limits()
+
+
+_one_thread = _OneThread()
+
+
 def on_one_thread(function: Callable[Given, Found]) -> Callable[Given, Found]:
-    """The same function, with one thread of BLAS while it runs."""
+    """The same function, with one thread of BLAS while it runs in any thread of the process."""
 
     @functools.wraps(function)
     def limited(*args: Given.args, **kwargs: Given.kwargs) -> Found:
-        with _libraries().limit(limits=1, user_api="blas"):
+        with _one_thread:
             return function(*args, **kwargs)
 
     return limited

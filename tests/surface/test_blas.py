@@ -1,5 +1,7 @@
 """Linear algebra on one thread."""
 
+import threading
+
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
@@ -29,3 +31,25 @@ def test_the_threads_come_back_after_an_error():
         with pytest.raises(ValueError, match="as it was"):
             failing()
         assert threads() == before
+
+
+def test_calls_that_overlap_leave_as_many_threads_as_there_were():
+    entered, left = threading.Event(), threading.Event()
+
+    @on_one_thread
+    def first() -> None:
+        entered.set()
+        left.wait(10)
+
+    @on_one_thread
+    def second() -> set[int]:
+        left.set()
+        one.join(10)  # the first, who has set the limit, is gone
+        return set(threads())
+
+    before = threads()
+    one = threading.Thread(target=first)
+    one.start()
+    entered.wait(10)
+    assert second() == {1}
+    assert threads() == before
