@@ -19,8 +19,10 @@ from ._objects import own
 from ._search import Search
 
 # Objects that are compared by shape before it is asked again which are the likeliest; and at most, for a report.
-_AT_ONCE = 48
+_AT_ONCE = 128
 _MOST_AT_ONCE = 512
+# Pairs of parts of each that are compared then: of most objects a few pairs show that they are not among the best.
+_FEW = 2
 
 
 class Match(NamedTuple):
@@ -189,6 +191,8 @@ def _settled(
     are exact, no other can come before them.
     """
     report, total = reporter(progress, "query", "pairs"), search.known.size
+    few = _FEW if count < listed.sum() else total
+    compared = np.zeros(len(listed), bool)
     while True:
         order = np.argsort(score(search), kind="stable")
         order = order[listed[order]]
@@ -196,10 +200,11 @@ def _settled(
         if exact[:count].all():
             report(total, total)
             return order
-        likely = order[~exact][: max(count, _AT_ONCE, int(exact.sum()) // 4)]
+        likely = order[~exact][: max(count, _AT_ONCE, int(compared.sum()) // 6)]
+        compared[likely] = True
         for some in np.split(likely, range(_MOST_AT_ONCE, len(likely), _MOST_AT_ONCE)):
             report(int(search.known.sum()), total)
-            search.settle(some)
+            search.settle(some, few)
 
 
 def _judge(

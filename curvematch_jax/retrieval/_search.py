@@ -78,8 +78,8 @@ class Search:
         areas, starts = self.collection.objects.areas, self.collection.stack.starts
         return object_distances(self.behind[:, None], areas, starts, self.matching)[:, 0]
 
-    def settle(self, objects: np.ndarray) -> None:
-        """Compute, in each of the objects, the candidates that may be nearest: the least ones not known yet."""
+    def settle(self, objects: np.ndarray, few: int) -> None:
+        """Compute, in each of the objects, a few of the candidates that may be nearest: those with the least bounds."""
         stack = self.collection.stack
         columns, starts = stack.parts_of(objects)
         ahead = np.where(self.forward[:, columns], self.distance[:, columns], np.inf)
@@ -88,6 +88,9 @@ class Search:
         least = (ahead == np.repeat(self.ahead[:, objects], sizes, axis=1)) & np.isfinite(ahead)
         least |= (behind == self.behind[columns]) & np.isfinite(behind)
         i, at = np.nonzero(least & ~self.known[:, columns])
+        of_object = np.repeat(np.arange(len(objects)), sizes)[at]
+        now = _least_of_each(self.distance[i, columns[at]], of_object, few)
+        i, at = i[now], at[now]
         pairs = np.stack([i, columns[at]], axis=1)
         matching = self.matching
         found = part_distances(self.query.stack, stack, pairs, matching, matching.aligner)
@@ -101,6 +104,13 @@ class Search:
         ).any(axis=0)
         open_ |= (unknown & (behind < np.where(unknown, np.inf, behind).min(axis=0, initial=np.inf))).any(axis=0)
         self.exact[objects] = np.isinf(_by_object(np.where(open_, 0.0, np.inf)[None], starts)[0])
+
+
+def _least_of_each(values: np.ndarray, group: np.ndarray, count: int) -> np.ndarray:
+    """Indices of the `count` least values (N,) of each group, (N,) numbers."""
+    order = np.lexsort((values, group))
+    sorted_ = group[order]
+    return order[np.arange(len(order)) - np.searchsorted(sorted_, sorted_) < count]
 
 
 def _by_object(values: np.ndarray, starts: np.ndarray) -> np.ndarray:

@@ -82,7 +82,7 @@ def test_bounds_are_no_more_than_distances(objects):
         search = Search.begin(query, ready, matching)
         bounds = search.nearest.distance
         while not search.exact.all():
-            search.settle(np.flatnonzero(~search.exact))
+            search.settle(np.flatnonzero(~search.exact), few=2)
         assert (bounds <= search.nearest.distance).all()
         assert (bounds > 0).any()
 
