@@ -50,13 +50,14 @@ def fixture_built(tmp_path_factory):
 @pytest.mark.slow
 def test_contents(built):
     (wheel,), (sdist,) = built.glob("*.whl"), built.glob("*.tar.gz")
-    modules = {str(path.relative_to(ROOT)) for path in (ROOT / "curvematch_jax").rglob("*.py")}
+    package = (ROOT / "curvematch_jax").rglob("*")
+    files = {str(path.relative_to(ROOT)) for path in package if path.is_file() and path.suffix != ".pyc"}
     with zipfile.ZipFile(wheel) as archive:
         names = archive.namelist()
-    assert {name for name in names if ".dist-info/" not in name} == modules | {"curvematch_jax/py.typed"}
+    assert {name for name in names if ".dist-info/" not in name} == files
     with tarfile.open(sdist) as archive:
         held = {name.partition("/")[2] for name in archive.getnames()}
-    assert modules | {"README.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "docs/conf.py"} <= held
+    assert files | {"README.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "docs/conf.py"} <= held
 
 
 @pytest.mark.slow

@@ -58,7 +58,7 @@ def run_demo(out: Path, jobs: int, show: bool, output: Output) -> int:
     scores = evaluate(matrix, labels)
     query = labels.index(COMPOSITE)
     others = [i for i, label in enumerate(labels) if label != COMPOSITE]
-    ranking = rank(made[query].parts, [made[i].parts for i in others], matching)
+    ranking = rank(made[query].parts, [made[i].parts for i in others], Matching.partial())
     seconds["matrix"] = time.perf_counter() - started - seconds["parts"]
     classes = _class_order(ranking, [labels[i] for i in others])
     files = _save(out, made, matrix, matching, output.progress)
@@ -68,7 +68,7 @@ def run_demo(out: Path, jobs: int, show: bool, output: Output) -> int:
             [
                 scores_table(scores),
                 "",
-                f"{made[query].mesh.name}, composed of {' and '.join(SOURCES)}, against the other classes:",
+                f"{made[query].mesh.name}, composed of {' and '.join(SOURCES)}, against the other classes (`partial`):",
                 ranking_table(ranking, _TOP),
                 f"classes by their best member: {', '.join(classes)}",
                 "",

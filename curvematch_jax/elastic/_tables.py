@@ -54,8 +54,8 @@ def _velocity(curve: Float[AnyArray, "b d n"], count: int) -> Float[Array, "b d 
 
 @ft.partial(jax.jit, static_argnums=2)
 def _tables(speed_vector: Float[Array, "b d c"], count: Int[Array, ""], times: int) -> CurveTable:
-    srvf, speed = fusion_barrier(_srvf, count > 0, speed_vector, count)
-    counts = filled(0, jax.ShapeDtypeStruct(speed.shape[:1], count.dtype), speed) + count
+    counts = filled(0, jax.ShapeDtypeStruct(speed_vector.shape[:1], count.dtype), speed_vector) + count
+    srvf, speed = fusion_barrier(_srvf, counts[0] > 0, speed_vector, count)
     at = _times(speed, count, times)
     direction = jnp.moveaxis(nearest(srvf, counts, divided(at, TANGENTS)[:, :-1]), 0, 1)
     size = norm(direction)[:, None]

@@ -185,8 +185,8 @@ def run(code, **environment):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param("RIGID", id="rigid", marks=pytest.mark.slow),
-        pytest.param("StartOnly()", id="other"),
+        pytest.param("RIGID", id="rigid"),
+        pytest.param("StartOnly()", id="other", marks=pytest.mark.slow),
         pytest.param("LEAN", id="lean", marks=pytest.mark.slow),
     ],
 )
