@@ -70,8 +70,8 @@ def scores_picture(
     found = np.asarray(scores, float)
     if found.ndim != 2 or any(given is not None and len(given) != len(found) for given in (groups, names)):
         raise ValueError(
-            f"scores has shape {found.shape}: give numbers (curves, components), and, if any, a group for each curve and "
-            "a name for each."
+            f"scores has shape {found.shape}: give numbers (curves, components), and, if any, a group for each curve "
+            "and a name for each."
         )
     labels = np.asarray(["" for _ in found] if groups is None else [str(group) for group in groups])
     figure = new_figure(5, 4.2)
