@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from .._files import replacing, short, vacant, writing
+from .._given import wrong_type
 from ._blocks import Grid
 
 MATRIX_FORMAT = 4
@@ -40,6 +41,12 @@ class SavedMatrix:
     names: tuple[str, ...]
     settings: Mapping[str, object]
     notes: tuple[str, ...] = ()
+
+
+def refuse_saved(name: str, value: object) -> None:
+    """`ValueError` for a saved matrix where its values are needed."""
+    if isinstance(value, SavedMatrix):
+        raise wrong_type(name, value, "give its values, saved.dissimilarity")
 
 
 @dataclasses.dataclass(frozen=True)
