@@ -18,6 +18,9 @@ try:
 except ImportError:  # Not on Windows.
     fcntl = None
 
+# The files that outlines are read from, and that labels may name.
+IMAGE_SUFFIXES = (".png", ".tif", ".tiff")
+
 # `.curvematch-<host>-<process>-<random>`: hidden, so that nobody takes it for a result, and known to be ours.
 _TEMPORARY = re.compile(r"\.curvematch-([0-9a-f]{8})-(\d+)-\w+")
 _LONG_AGO = 24 * 3600.0

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from .._files import IMAGE_SUFFIXES
 from .._optional import require
 from ._masks import Outlines, outlines_of
 
-IMAGE_SUFFIXES = (".png", ".tif", ".tiff")
 _MOST_PIXELS = 10**8
 
 
