@@ -12,6 +12,7 @@ import zlib
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import TextIO
 
 try:
     import fcntl
@@ -69,13 +70,31 @@ def locked(path: Path) -> Iterator[None]:
     lock = path.with_name(f".{path.name}.lock")
     with ExitStack() as held:
         if fcntl is not None:
-            with writing(lock):
-                file = held.enter_context(lock.open("w"))
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError as error:
-                raise ValueError(f"{path}: another process is using it: wait until it has finished") from error
+            held.enter_context(_held(lock, path))
+            held.callback(lock.unlink, missing_ok=True)  # Before it is let go.
         yield
+
+
+def _held(lock: Path, path: Path) -> TextIO:
+    """The lock file, locked.
+
+    The process that held it before may have removed it after it was opened here: then it keeps nobody out, and another
+    one is opened.
+    """
+    assert fcntl is not None
+    while True:
+        with writing(lock):
+            file = lock.open("w")
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.path.samestat(os.fstat(file.fileno()), lock.stat()):
+                return file
+        except BlockingIOError as error:
+            file.close()
+            raise ValueError(f"{path}: another process is using it: wait until it has finished") from error
+        except FileNotFoundError:
+            pass
+        file.close()
 
 
 def remove_leftovers(folder: Path) -> None:
@@ -87,6 +106,11 @@ def remove_leftovers(folder: Path) -> None:
     for path in list(folder.rglob(".curvematch-*")):
         if _left_over(path):
             shutil.rmtree(path, ignore_errors=True)
+
+
+def because(error: Exception) -> str:
+    """What the system says of a file that cannot be read, in brackets; nothing of other errors."""
+    return f" ({error.strerror})" if isinstance(error, OSError) and error.strerror else ""
 
 
 def short(error: Exception) -> str:

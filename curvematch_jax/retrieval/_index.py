@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from .._files import locked, remove_leftovers, replacing, short, vacant, writing
+from .._files import because, locked, remove_leftovers, replacing, short, vacant, writing
 from .._progress import Progress
 from ..elastic import Tables
 from ..elastic._rigid import RigidTable
@@ -112,7 +112,7 @@ def _read_table(path: Path) -> dict[str, Any]:
     try:
         table = json.loads((path / _TABLE).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: not a curvematch index ({short(error)})") from error
+        raise ValueError(f"{path}: not a curvematch index{because(error)}") from error
     if not isinstance(table, dict) or "curvematch_index" not in table:
         raise ValueError(f"{path}: not a curvematch index")
     if table["curvematch_index"] != INDEX_FORMAT:

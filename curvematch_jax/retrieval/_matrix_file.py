@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .._files import replacing, short, vacant, writing
+from .._files import because, replacing, short, vacant, writing
 from .._given import wrong_type
 from ._blocks import Grid
 
@@ -155,7 +155,7 @@ def matrix_attributes(path: Path) -> dict[str, Any]:
             warnings.simplefilter("ignore")  # About files that are not zarr's.
             attributes: dict[str, Any] = dict(zarr.open_group(path, mode="r").attrs)
     except Exception as error:  # zarr's stores raise what they like
-        raise ValueError(f"{path}: not a curvematch matrix ({short(error)})") from error
+        raise ValueError(f"{path}: not a curvematch matrix{because(error)}") from error
     if "curvematch_matrix" not in attributes:
         raise ValueError(f"{path}: not a curvematch matrix")
     if attributes["curvematch_matrix"] != MATRIX_FORMAT:

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from .._files import replacing, short
+from .._files import because, replacing, short
 from .._given import require_type, wrong_type
 from ..surface import Extraction, Parts
 from ..surface._parts import ARRAYS
@@ -74,7 +74,7 @@ def load_parts(path: str | os.PathLike[str]) -> Parts:
     except FileNotFoundError:
         raise FileNotFoundError(f"{path}: no such parts file") from None
     except Exception as error:  # zipfile and numpy raise what they like, tokenize.TokenError too
-        raise ValueError(f"{path}: not a parts file, or a damaged one ({short(error)})") from error
+        raise ValueError(f"{path}: not a parts file, or a damaged one{because(error)}") from error
     if "format" not in fields or fields["format"].size != 1:
         raise ValueError(f"{path}: not a parts file: it has no format number")
     if int(fields["format"]) != PARTS_FORMAT:
