@@ -109,14 +109,18 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def because(error: Exception) -> str:
-    """What the system says of a file that cannot be read, in brackets; nothing of other errors."""
-    return f" ({error.strerror})" if isinstance(error, OSError) and error.strerror else ""
+    """In brackets what the system says of a file that cannot be read, or a plain `ValueError`; nothing of others."""
+    said = str(error) if type(error) is ValueError else isinstance(error, OSError) and error.strerror
+    return f" ({_printable(said)})" if said else ""
 
 
 def short(error: Exception) -> str:
     """An error's type and message, which may quote any length of what a file holds."""
-    text = " ".join(str(error).split())[:160]
-    return f"{type(error).__name__}: {''.join(letter if letter.isprintable() else '?' for letter in text)}"
+    return f"{type(error).__name__}: {_printable(str(error))}"
+
+
+def _printable(text: str) -> str:
+    return "".join(letter if letter.isprintable() else "?" for letter in " ".join(text.split())[:160])
 
 
 def _left_over(path: Path) -> bool:

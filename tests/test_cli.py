@@ -140,7 +140,7 @@ def test_explained_query(meshes, parts_dir, tmp_path, capsys):
     assert by_curves.startswith(b"\x89PNG")
     assert run(list(map(str, [*arguments, "--meshes", meshes]))) == 0
     out = capsys.readouterr().out
-    assert out.count(" -> ") == 1 + 2 * parts
+    assert out.count(" -> ") == 1 + 2 * 3
     assert (tmp_path / "why.png").read_bytes() != by_curves
     assert "matches" not in result(capsys, *arguments[:-2])["results"][0]
 

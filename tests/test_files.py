@@ -16,6 +16,7 @@ def test_what_a_damaged_file_makes_an_error_say_is_one_printable_line():
 
 def test_only_what_the_system_says_of_a_file_is_passed_on():
     assert because(PermissionError(13, "Permission denied")) == " (Permission denied)"
+    assert because(ValueError("a\nb\x1b")) == " (a b?)"
     assert because(FileNotFoundError("No group found in store PosixPath('a')")) == because(KeyError("a")) == ""
 
 

@@ -18,6 +18,8 @@ _HEADINGS = {
     "dcg": "DCG",
     "map": "mAP",
 }
+# Matched parts of an object that are listed for people.
+_MATCHES = 3
 
 
 @dataclass(frozen=True)
@@ -94,9 +96,10 @@ def ranking_table(ranking: Ranking, top: int) -> str:
 
 
 def matches_table(ranking: Ranking, top: int) -> str:
-    """Which part of the query matched which part of each of the best objects, for people."""
-    rows = [(ranking.names[j], match) for j in ranking.order[:top].tolist() for match in ranking.explain(j)]
+    """Which parts of the query matched which parts of each of the best objects best, for people."""
+    rows = [(ranking.names[j], match) for j in ranking.order[:top].tolist() for match in ranking.explain(j)[:_MATCHES]]
     width = max((len(name) for name, _ in rows), default=4)
     lines = [f"{'name':<{width}}  query part -> object part  distance     mass"]
     lines += [f"{name:<{width}}  {m.part:>10} -> {m.other:<11}  {m.distance:8.5f}  {m.mass:7.5f}" for name, m in rows]
+    lines.append(f"The {_MATCHES} nearest parts of each; --json lists all.")
     return "\n".join(lines)

@@ -114,8 +114,12 @@ def _opened(
                 f"{place}: an index holds no surfaces to draw: --explain needs --in with a folder of parts"
             )
         return Collection.open(place, matching), [], []
-    read = extract_collection([place], jobs=jobs)
+    read = extract_collection([place], jobs=jobs, progress=output.progress)
     report_failures(read.failures, len(read.parts), output)
+    if read.computed:
+        output.note(
+            f"cut {read.computed} meshes into parts for this query alone: `curvematch parts {place}` keeps them"
+        )
     return Collection.of(read.parts, matching, output.progress), list(read.parts), list(read.failures)
 
 

@@ -25,7 +25,7 @@ def measures_table(scores: Scores) -> str:
     rows = [_row("all queries", {name: getattr(scores, name) for name in _MEASURES}, "all")]
     rows += [_row(name, values, "") for name, values in scores.by_class().items()]
     return (
-        '<table class="numbers"><caption>Means over the queries, from 0 to 1; 1 is best.</caption>'
+        '<table class="numbers"><caption>Means over the queries, from 0 to 1. E is below 1 at best.</caption>'
         f'<thead><tr><th scope="col">class</th>{heads}</tr></thead><tbody>{"".join(rows)}</tbody></table>'
     )
 

@@ -49,7 +49,8 @@ class Ranking:
     Attributes:
         order: (M,) indices into the collection, best first; ties are broken by the lower index.
         names: of the M objects, in the order of the collection, as everything below.
-            `order` leaves out the query itself if `exclude_self` was given.
+            With `exclude_self`, `order` and the beliefs leave out the query itself: there its dissimilarity and its
+            probability are 0.
         dissimilarity: (M,) what the order follows; smaller is more similar.
         probability: (M,) pignistic probability of the belief model, whatever the fusion that made the order.
         conflict: mass on the empty set: how far the sources of belief contradict each other.
@@ -111,7 +112,7 @@ class Fused(NamedTuple):
     """What the parts of a query say together about M objects."""
 
     dissimilarity: np.ndarray  # (M,) larger for objects without parts than for all others
-    belief: Belief
+    belief: Belief  # about those that are not left out
     masses: np.ndarray  # (P, M)
     evidence: Mapping[str, np.ndarray]  # (M,) each
 
@@ -142,11 +143,12 @@ def rank(
         matching: how parts are compared and joined.
         progress: `True` for a bar on stderr, or a function of `(done, total)` part pairs.
         top: how many of the best objects are wanted; all without it.
-        exclude_self: leave out of the order what has the query's own parts.
+        exclude_self: leave out of the order, and of what is believed, the objects with the query's own parts.
 
     Raises:
-        ValueError: when something is of another type, the collection is empty, settings of the extraction differ,
-            naming the setting, the collection was made ready for another matching, or `top` is not 1 or more.
+        ValueError: when something is of another type, the collection is empty or has nothing but the excluded query,
+            settings of the extraction differ, naming the setting, the collection was made ready for another matching,
+            or `top` is not 1 or more.
     """
     require_type("query", query, Parts, "give Parts, e.g. extract_parts(mesh)")
     if top is not None and top < 1:
@@ -158,7 +160,9 @@ def rank(
     listed = np.ones(len(ready.names), bool)
     if exclude_self:
         listed = ~own(ready.objects.fingerprints, asked.objects.fingerprints)[:, 0]
-    score, judged = _judge(asked, ready, query.areas, matching)
+        if not listed.any():
+            raise ValueError("the collection has nothing but the query itself: add objects, or do not exclude it")
+    score, judged = _judge(asked, ready, listed, query.areas, matching)
     stacked = time.perf_counter()
     search = Search.begin(asked, ready, matching)
     bounded = time.perf_counter()
@@ -172,7 +176,7 @@ def rank(
         order=order,
         names=ready.names,
         dissimilarity=fused.dissimilarity,
-        probability=fused.belief.probability,
+        probability=_spread(fused.belief.probability, listed),
         conflict=fused.belief.conflict,
         ignorance=fused.belief.ignorance,
         evidence=fused.evidence,
@@ -211,12 +215,20 @@ def _settled(
 
 
 def _judge(
-    asked: Collection, ready: Collection, areas: np.ndarray, matching: Matching
+    asked: Collection, ready: Collection, listed: np.ndarray, areas: np.ndarray, matching: Matching
 ) -> tuple[Callable[[Search], np.ndarray], Callable[[Search], Fused]]:
-    """What makes of distances or bounds the dissimilarities of all objects, and what makes of them all there is."""
+    """What makes of distances or bounds the dissimilarities of all objects, and what makes of them all there is.
+
+    Beliefs are about the `listed` objects alone, (M,) bool.
+    """
     present = ~ready.stack.lacking
     if not matching.mutual:
-        one_way = lambda search: fuse(search.there, areas, present, matching)  # noqa: E731
+
+        def one_way(search: Search) -> Fused:
+            fused = fuse(search.there[:, listed], areas, present[listed], matching)
+            spread = {"dissimilarity": _spread(fused.dissimilarity, listed), "masses": _spread(fused.masses, listed)}
+            return fused._replace(**spread)
+
         return lambda search: one_way(search).dissimilarity, one_way
     cohort, moments = ready.cohort, ready.moments
     assert cohort is not None
@@ -231,18 +243,25 @@ def _judge(
         here = cohort.evidence(np.stack([search.here[:, None], *(each.T for each in witnesses)]), moments)[:, :, 0]
         return np.where(known, there + here, 0.0)
 
-    def score(search: Search) -> np.ndarray:
-        return mutual(cohort, said(search).sum(axis=0), known)
+    def dissimilarity(evidence: np.ndarray) -> np.ndarray:
+        return np.where(listed, mutual(cohort, evidence.sum(axis=0), known), 0.0)
 
     def judged(search: Search) -> Fused:
         evidence = said(search)
-        belief = combine(*odds_masses(evidence))
-        singletons, _ = _part_masses(search.there, areas, matching)
+        belief = combine(*odds_masses(evidence[:, listed]))
+        singletons, _ = _part_masses(search.there[:, listed], areas, matching)
         names = ("parts", *(witness.name for witness in matching.witnesses))
         sources = dict(zip(names, evidence, strict=True))
-        return Fused(mutual(cohort, evidence.sum(axis=0), known), belief, singletons, sources)
+        return Fused(dissimilarity(evidence), belief, _spread(singletons, listed), sources)
 
-    return score, judged
+    return lambda search: dissimilarity(said(search)), judged
+
+
+def _spread(values: np.ndarray, listed: np.ndarray) -> np.ndarray:
+    """Values (..., K) of the K listed objects, among those of all, (..., M); 0 for the others."""
+    found = np.zeros((*values.shape[:-1], len(listed)))
+    found[..., listed] = values
+    return found
 
 
 def mutual(cohort: Cohort, evidence: np.ndarray, present: np.ndarray) -> np.ndarray:

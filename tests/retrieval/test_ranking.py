@@ -52,6 +52,24 @@ def test_belief_orders_by_probability(collection):
     assert (np.diff(ranking.probability[ranking.order]) <= 0).all()
 
 
+@pytest.mark.parametrize("fusion", [*FUSIONS, "cohort"])
+@pytest.mark.parametrize("masses", ["odds", "shares"])
+def test_a_query_that_is_excluded_is_left_out_of_the_beliefs(collection, fusion, masses):
+    settings = dataclasses.replace(Matching(), fusion=fusion, masses=masses)
+    found = rank(collection[4], collection, settings, exclude_self=True)
+    others = np.delete(np.arange(9), 4)
+    assert sorted(found.order) == others.tolist()
+    assert found.probability[found.order].sum() == pytest.approx(1)
+    assert found.probability[4] == found.dissimilarity[4] == 0
+    if fusion != "cohort":
+        without = rank(collection[4], [collection[i] for i in others], settings)
+        for values, expected in ((found.probability, without.probability), (found.masses, without.masses)):
+            np.testing.assert_allclose(values[..., others], expected, rtol=1e-4, atol=1e-9)
+        assert found.conflict == pytest.approx(without.conflict, rel=1e-6)
+    with pytest.raises(ValueError, match="nothing but the query itself"):
+        rank(collection[4], [collection[4]], settings, exclude_self=True)
+
+
 @pytest.mark.parametrize("settings", [FAST, Matching()], ids=["mean", "odds"])
 def test_order_does_not_depend_on_who_else_is_there(collection, settings):
     whole = rank(collection[0], collection, settings)
