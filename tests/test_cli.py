@@ -362,7 +362,7 @@ def test_index_answers_as_the_folder_does(meshes, parts_dir, tmp_path, capsys):
     again = result(capsys, "query", queries[0], "--in", index, "--rerank")
     assert again["reranked"]
     assert {row["name"] for row in again["results"][:2]} == {"snake0.off", "snake1.off"}
-    said = "made with the preset default, and is asked with the preset articulated: use"
+    said = "made with the preset default, and is asked for with the preset articulated: use"
     assert said in error(capsys, "query", queries[0], "--in", index, "--preset", "articulated")
     assert "no surfaces to draw" in error(capsys, "query", queries[0], "--in", index, "--explain", tmp_path / "a.png")
     assert "several meshes" in error(capsys, "query", *queries, "--in", index, "--explain", tmp_path / "a.png")

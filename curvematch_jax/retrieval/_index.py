@@ -97,7 +97,7 @@ def read_index(path: str | os.PathLike[str], matching: Matching) -> Collection:
     """An index mapped into memory; raises as `Collection.open`."""
     path = Path(path)
     table = _read_table(path)
-    what = (f"{path}: the index was made", "and is asked")
+    what = (f"{path}: the index was made", "and is asked for")
     remedy = "use the preset that it was made with, or build another one"
     require_same(table["settings"]["matching"], matching, what, remedy)
     try:
