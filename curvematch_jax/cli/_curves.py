@@ -23,6 +23,8 @@ from ._commands import SOME_FAILED, report_failures
 from ._output import Output
 
 _SHOWN = 3  # components drawn
+# Of a component: at which curves are drawn, and what is above them.
+_DEVIATIONS = {-2: "-2 standard deviations", -1: "-1", 0: "mean", 1: "+1", 2: "+2 standard deviations"}
 _TESTS = {"energy": energy_test, "variance": variance_test}
 
 
@@ -76,7 +78,8 @@ def make_mean(
     curves = read.array(samples)
     mean = karcher_mean(curves, progress=output.progress)
     components = TangentPCA.fit(mean)
-    scores = components.scores(mean)
+    kept = len(curves) - 1  # The tangents at a mean sum to 0: one component more is what the descent left of that.
+    scores, explained = components.scores(mean)[:, :kept], components.explained[:kept]
     tests = {} if labels is None else _tests(curves, labels, permutations, output)
     with writing(out), replacing(out) as folder:
         folder.mkdir()
@@ -87,13 +90,13 @@ def make_mean(
         "variance": float(mean.variance),
         "gradient": float(mean.gradient),
         "converged": bool(mean.converged),
-        "explained": components.explained.tolist(),
+        "explained": explained.tolist(),
         "tests": tests,
         "seconds": time.perf_counter() - started,
     }
     if not mean.converged:
         output.note(f"the descent stopped at a gradient of {float(mean.gradient):.1e} radians")
-    shares = ", ".join(f"{100 * share:.0f} %" for share in components.explained[:_SHOWN])
+    shares = ", ".join(f"{100 * share:.0f} %" for share in explained[:_SHOWN])
     said = "".join(f"; {name}: p = {test['p']:.4f}" for name, test in tests.items())
     output.result(
         f"the mean of {counted(len(curves), 'curve')} is in {out}: variance {float(mean.variance):.4g}, "
@@ -132,9 +135,10 @@ def _write(folder: Path, mean, components: TangentPCA, scores: np.ndarray, names
         )
         for index, (name, row) in enumerate(zip(names, scores, strict=True)):
             rows.writerow([name, *([] if labels is None else [labels[index]]), *(f"{x:.7g}" for x in row)])
-    shown = min(_SHOWN, len(components.deviations))
+    shown = min(_SHOWN, scores.shape[1])
     if mean.curve.shape[0] <= 3:
         mean_picture(mean.curve, mean.aligned, folder / "mean.png")
         titles = [f"PC{i + 1}, {100 * components.explained[i]:.0f} %" for i in range(shown)]
-        components_picture(np.stack([components.along(i) for i in range(shown)]), folder / "components.png", titles)
-    scores_picture(scores, folder / "scores.png", labels)
+        drawn = np.stack([components.along(i, list(_DEVIATIONS)) for i in range(shown)])
+        components_picture(drawn, folder / "components.png", titles, list(_DEVIATIONS.values()))
+    scores_picture(scores, folder / "scores.png", labels, names)

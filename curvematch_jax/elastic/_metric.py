@@ -5,8 +5,9 @@
 - `projected`: the length of that great circle projected to the closed curves C.
 - `straightened`: the length of the geodesic of C between the two.
 
-Each is at least as large as the one before but `projected`, which the geodesic undercuts by some 0.01 %; on curves of
-five Fourier modes the geodesic is 0.2 % longer than the arc.
+On the same samples, `arc <= straightened <= projected`, the last two 0.01 % apart. But the arc is measured on the
+tables of the curves, the others on polygons through matched points, which cut corners: on curves of five Fourier modes
+the geodesic is 0.4 % longer than the arc, on silhouettes 0.5 % shorter (medians, 100 samples).
 """
 
 from jax import lax

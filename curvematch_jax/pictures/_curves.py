@@ -11,12 +11,15 @@ from jaxtyping import ArrayLike
 
 from .._files import replacing, writing
 from .._optional import require
+from ..elastic import resample
 from ._canvas import check_picture, new_figure, save
 
 _DARK, _PALE = "#1b3a5d", "#9db4c8"
 _COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#edae49", "#6a4c93", "#8d6a4f", "#3a3a3a", "#7fb7be")
 _MOVIE_SUFFIXES = (".gif", ".mp4")
 _INCHES = 2.2
+_SAMPLES = 400  # of a curve as it is drawn, at least: with 100 the polygon shows
+_NAMED = 30  # points at most, or their names cover each other
 
 
 def mean_picture(mean: ArrayLike, aligned: ArrayLike, path: str | Path) -> None:
@@ -33,19 +36,24 @@ def mean_picture(mean: ArrayLike, aligned: ArrayLike, path: str | Path) -> None:
     save(figure, path, tight=True)
 
 
-def components_picture(rows: ArrayLike, path: str | Path, titles: Sequence[str] = ()) -> None:
-    """Draw rows of curves `(c, s, d, n)`, such as `TangentPCA.along` of several components. Errors as
-    `mean_picture`."""
+def components_picture(
+    rows: ArrayLike, path: str | Path, titles: Sequence[str] = (), columns: Sequence[str] = ()
+) -> None:
+    """Draw rows of curves `(c, s, d, n)`, such as `TangentPCA.along` of several components, with the titles of the rows
+    and the captions of the columns. Errors as `mean_picture`."""
     rows = np.asarray(rows, float)
     if rows.ndim != 4:
         raise ValueError(f"rows has shape {rows.shape}: give curves (rows, columns, d, n).")
-    count, columns = rows.shape[:2]
+    count, width = rows.shape[:2]
     curves = _as_curves(rows.reshape(-1, *rows.shape[2:]))
-    figure = new_figure(_INCHES * columns, _INCHES * count)
-    for index, axes in enumerate(_axes(figure, count, columns, curves)):
+    figure = new_figure(_INCHES * width, _INCHES * count)
+    for index, axes in enumerate(_axes(figure, count, width, curves)):
+        row, column = divmod(index, width)
         _draw(axes, curves[index], color=_DARK, linewidth=1.5)
-        if index % columns == 0 and index // columns < len(titles):
-            axes.set_title(titles[index // columns], loc="left", fontsize=9)
+        if column == 0 and row < len(titles):
+            axes.annotate(titles[row], (0, 0.5), xycoords="axes fraction", ha="right", va="center", rotation=90)
+        if row == 0 and column < len(columns):
+            axes.set_title(columns[column], fontsize=10)
     save(figure, path, tight=True)
 
 
@@ -54,13 +62,16 @@ def geodesic_picture(curves: ArrayLike, path: str | Path) -> None:
     components_picture(np.asarray(curves)[None], path)
 
 
-def scores_picture(scores: ArrayLike, path: str | Path, groups: Sequence[str] | None = None) -> None:
-    """Draw the two first scores of each curve, `(k, c >= 1)`, in the colours of their groups. Errors as
-    `mean_picture`."""
+def scores_picture(
+    scores: ArrayLike, path: str | Path, groups: Sequence[str] | None = None, names: Sequence[str] | None = None
+) -> None:
+    """Draw the two first scores of each curve, `(k, c >= 1)`, in the colours of their groups; 30 curves or fewer with
+    their names. Errors as `mean_picture`."""
     found = np.asarray(scores, float)
-    if found.ndim != 2 or (groups is not None and len(groups) != len(found)):
+    if found.ndim != 2 or any(given is not None and len(given) != len(found) for given in (groups, names)):
         raise ValueError(
-            f"scores has shape {found.shape}: give numbers (curves, components), and a group for each curve."
+            f"scores has shape {found.shape}: give numbers (curves, components), and, if any, a group for each curve "
+            "and a name for each."
         )
     labels = np.asarray(["" for _ in found] if groups is None else [str(group) for group in groups])
     figure = new_figure(5, 4.2)
@@ -69,6 +80,8 @@ def scores_picture(scores: ArrayLike, path: str | Path, groups: Sequence[str] | 
     for number, label in enumerate(np.unique(labels)):
         mask = labels == label
         axes.scatter(found[mask, 0], second[mask], s=18, color=_COLOURS[number % len(_COLOURS)], label=label or None)
+    for name, x, y in zip(names, found[:, 0], second, strict=True) if names and len(found) <= _NAMED else ():
+        axes.annotate(name, (x, y), xytext=(3, 3), textcoords="offset points", fontsize=6)
     axes.set_xlabel("first score, radians")
     axes.set_ylabel("second score, radians")
     if groups is not None:
@@ -103,10 +116,11 @@ def movie(curves: ArrayLike, path: str | Path, seconds: float = 3.0) -> None:
 
 
 def _as_curves(curves: ArrayLike) -> np.ndarray:
+    """Curves as they are drawn: smooth, with more samples where they have few."""
     found = np.asarray(curves, float)
     if found.ndim != 3 or found.shape[1] not in (2, 3) or not found.size or not np.isfinite(found).all():
         raise ValueError(f"the curves have shape {found.shape}: give finite ones (k, d, n), d = 2 or 3.")
-    return found
+    return np.asarray(resample(found, max(_SAMPLES, found.shape[2])))
 
 
 def _axes(figure: Any, rows: int, columns: int, curves: np.ndarray) -> list[Any]:

@@ -80,7 +80,8 @@ def karcher_mean(
     Args:
         curves: `(*b, k, d, n)`, k of each group; or a list of arrays `(d, n_i)`, resampled by arc length.
         weights: `(*b, k)`, 1 unless given; with 0 a curve is aligned but does not count.
-        aligner: `Aligner.accurate()` unless given; `Aligner.fast()` now and then leaves a curve badly aligned.
+        aligner: `Aligner.accurate()` unless given. The descent ends in a local minimum with any aligner; with
+            `Aligner.fast()` it is more often a worse one, in which a curve is aligned badly.
         progress: False, True for a bar on stderr, or a function of (done, total).
 
     Raises:

@@ -23,7 +23,7 @@ mean_picture(mean.curve, mean.aligned, "mean.png")
 components = TangentPCA.fit(mean, components=2)
 print("shares of the variance:", components.explained.round(2))
 rows = [components.along(0), components.along(1)]
-components_picture(rows, "components.png", ["first component", "second component"])
+components_picture(rows, "components.png", ["first component", "second component"], ["-2", "-1", "mean", "+1", "+2"])
 
 # %%
 # The scores of the leaves. The two groups of the sample differ in the first component.

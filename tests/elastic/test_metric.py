@@ -34,6 +34,8 @@ def test_longer_by_little_on_closed_curves(pair):
     assert (projected - straight < 1e-3 * straight).all()
     assert (straight > arc - 0.01).all()
     assert (straight < 1.02 * arc).all()
+    q1, q2 = metrics._ends(*(jnp.asarray(c) for c in pair), align(pair[0], pair[1], RIGID))
+    assert (preshape.sphere_distance(q1, q2) <= straight + 1e-5).all()  # an order to rounding on the same polygons
 
 
 def test_matrices_and_pairs_hold_the_same_numbers(pair):

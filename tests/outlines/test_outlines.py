@@ -164,6 +164,10 @@ def test_mean_writes_a_folder(tmp_path, capsys):
     result = json.loads(capsys.readouterr().out)
     assert result["converged"]
     assert result["tests"]["energy"]["p"] <= 0.1
+    with (tmp_path / "out" / "scores.csv").open() as file:
+        header = file.readline().strip().split(",")
+    assert header == ["curve", "group", *(f"PC{i}" for i in range(1, 8))]  # one fewer than curves
+    assert len(result["explained"]) == 7
     files = {"aligned.npz", "components.png", "mean.npz", "mean.png", "scores.csv", "scores.png"}
     assert {path.name for path in (tmp_path / "out").iterdir()} == files
     (tmp_path / "labels.csv").write_text("file,class\nleaf0,a\n")

@@ -46,6 +46,34 @@ def test_scores_have_the_colours_of_their_groups(tmp_path):
     assert np.median(columns[0]) < np.median(columns[1])
 
 
+def test_few_samples_are_drawn_smooth(tmp_path):
+    """A circle of 10 samples is round: its corners would be 5 % farther out than its sides."""
+    mean_picture(CIRCLE[:, ::6], CIRCLE[None, :, ::6], tmp_path / "mean.png")
+    places, _ = drawn(tmp_path / "mean.png")
+    radius = np.linalg.norm(places - (places.max(axis=0) + places.min(axis=0)) / 2, axis=1)
+    assert radius.min() > 0.97 * radius.max()
+
+
+def test_rows_columns_and_few_points_have_names(tmp_path):
+    """Names are drawn when they are given, and not of too many points."""
+    rows = np.stack([[CIRCLE, CIRCLE]])
+    components_picture(rows, tmp_path / "plain.png")
+    components_picture(rows, tmp_path / "named.png", ["first"], ["-1", "+1"])
+    random = np.random.default_rng(0)
+    for count, named in ((30, True), (31, False)):
+        scores, names = random.normal(size=(count, 2)), [f"curve{i}" for i in range(count)]
+        scores_picture(scores, tmp_path / "plain_scores.png")
+        scores_picture(scores, tmp_path / "named_scores.png", names=names)
+        differs = dark(tmp_path / "named_scores.png") > dark(tmp_path / "plain_scores.png") + 100
+        assert differs == named
+    assert dark(tmp_path / "named.png") > dark(tmp_path / "plain.png") + 100
+
+
+def dark(path):
+    """How many pixels are nearly black."""
+    return int((image.imread(path)[..., :3].max(axis=-1) < 0.3).sum())
+
+
 def test_curves_in_space_are_drawn(tmp_path):
     mean_picture(BENT, BENT[None], tmp_path / "mean.png")
     geodesic_picture(np.stack([BENT, 0.9 * BENT]), tmp_path / "way.png")
