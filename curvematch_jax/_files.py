@@ -12,11 +12,15 @@ import zlib
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import TextIO
 
 try:
     import fcntl
 except ImportError:  # Not on Windows.
     fcntl = None
+
+# The files that outlines are read from, and that labels may name.
+IMAGE_SUFFIXES = (".png", ".tif", ".tiff")
 
 # `.curvematch-<host>-<process>-<random>`: hidden, so that nobody takes it for a result, and known to be ours.
 _TEMPORARY = re.compile(r"\.curvematch-([0-9a-f]{8})-(\d+)-\w+")
@@ -66,13 +70,31 @@ def locked(path: Path) -> Iterator[None]:
     lock = path.with_name(f".{path.name}.lock")
     with ExitStack() as held:
         if fcntl is not None:
-            with writing(lock):
-                file = held.enter_context(lock.open("w"))
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError as error:
-                raise ValueError(f"{path}: another process is using it: wait until it has finished") from error
+            held.enter_context(_held(lock, path))
+            held.callback(lock.unlink, missing_ok=True)  # Before it is let go.
         yield
+
+
+def _held(lock: Path, path: Path) -> TextIO:
+    """The lock file, locked.
+
+    The process that held it before may have removed it after it was opened here: then it keeps nobody out, and another
+    one is opened.
+    """
+    assert fcntl is not None
+    while True:
+        with writing(lock):
+            file = lock.open("w")
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.path.samestat(os.fstat(file.fileno()), lock.stat()):
+                return file
+        except BlockingIOError as error:
+            file.close()
+            raise ValueError(f"{path}: another process is using it: wait until it has finished") from error
+        except FileNotFoundError:
+            pass
+        file.close()
 
 
 def remove_leftovers(folder: Path) -> None:
@@ -86,10 +108,19 @@ def remove_leftovers(folder: Path) -> None:
             shutil.rmtree(path, ignore_errors=True)
 
 
+def because(error: Exception) -> str:
+    """In brackets what the system says of a file that cannot be read, or a plain `ValueError`; nothing of others."""
+    said = str(error) if type(error) is ValueError else isinstance(error, OSError) and error.strerror
+    return f" ({_printable(said)})" if said else ""
+
+
 def short(error: Exception) -> str:
     """An error's type and message, which may quote any length of what a file holds."""
-    text = " ".join(str(error).split())[:160]
-    return f"{type(error).__name__}: {''.join(letter if letter.isprintable() else '?' for letter in text)}"
+    return f"{type(error).__name__}: {_printable(str(error))}"
+
+
+def _printable(text: str) -> str:
+    return "".join(letter if letter.isprintable() else "?" for letter in " ".join(text.split())[:160])
 
 
 def _left_over(path: Path) -> bool:

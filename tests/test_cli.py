@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from curvematch_jax.cli._app import run
+from curvematch_jax.cli._app import Preset, run
 from curvematch_jax.datasets import creature
 from curvematch_jax.extraction._sources import find_meshes, find_sources
 from curvematch_jax.extraction._workers import one_line
 from curvematch_jax.retrieval import load_matrix, load_parts
+from curvematch_jax.retrieval._matching import presets
 
 
 def write_mesh(path: Path, kind: str, pose: int = 0) -> Path:
@@ -123,7 +124,10 @@ def test_text_goes_to_stdout_and_notes_to_stderr(meshes, parts_dir, capsys):
 
 
 def test_explained_query(meshes, parts_dir, tmp_path, capsys):
-    arguments = ["query", meshes / "snake1.off", "--in", parts_dir, "--top", 2, "--explain", tmp_path / "why.png"]
+    arguments = ["query", meshes / "snake1.off", "--in", parts_dir, "--top", 2]
+    result(capsys, *arguments, "--explain", tmp_path / "new" / "why.png")
+    assert (tmp_path / "new" / "why.png").exists()
+    arguments += ["--explain", tmp_path / "why.png"]
     found = result(capsys, *arguments)
     assert list(found["seconds"]) == ["collection", "query", "stack", "bounds", "distances", "picture"]
     assert found["picture"] == str(tmp_path / "why.png")
@@ -146,7 +150,7 @@ def test_explanations_that_cannot_be_drawn(meshes, parts_dir, tmp_path, capsys):
     (tmp_path / "other.off").write_text("")
     assert "is not a picture format" in error(capsys, *query, "--explain", tmp_path / "why.mesh")
     assert "(none)" in error(capsys, *query, "--explain", tmp_path / "why")
-    assert "is not a writable folder" in error(capsys, *query, "--explain", tmp_path / "none" / "why.png")
+    assert "is not a writable folder" in error(capsys, *query, "--explain", tmp_path / "other.off" / "why.png")
     explained = [*query, "--explain", tmp_path / "why.png"]
     assert "name of an object, such as hand0.off" in error(capsys, *explained, "--meshes", tmp_path)
     assert "not a folder" in error(capsys, *explained, "--meshes", tmp_path / "none")
@@ -227,6 +231,35 @@ def test_usage_errors(meshes, matrix, parts_dir, tmp_path, capsys):
     message = error(capsys, "evaluate", matrix, "--labels", tmp_path / "short.csv")
     assert "hand1.off" in message
     assert "other.off" in message
+
+
+def test_usage_errors_are_plain_sentences(meshes, parts_dir, capsys):
+    query = ["query", meshes / "hand0.off", "--in", parts_dir]
+    see = r" \(see curvematch --help\)"
+    for arguments, said in (
+        (["--top", "0"], r"Invalid value for '--top': should be greater than or equal to 1"),
+        (["--top", "two"], r"Invalid value for '--top': should be a valid integer"),
+        (["--preset", "fancy"], r"Invalid value for '--preset': 'fancy' is not one of 'default', .* 'paper'"),
+    ):
+        assert re.fullmatch(f"curvematch: {said}{see}", error(capsys, *query, *arguments))
+
+
+def test_version(capsys):
+    assert run(["--version"]) == 0
+    assert re.fullmatch(r"curvematch \d+\.\d+\.\d+\S*\n", capsys.readouterr().out)
+
+
+def test_presets_have_the_names_of_the_library():
+    assert [preset.value for preset in Preset] == list(presets())
+
+
+def test_images_where_curves_are_needed(tmp_path, capsys):
+    assert run(["outlines", "nope", "--out", str(tmp_path / "c.npz")]) == 2
+    assert capsys.readouterr().err.splitlines()[0] == "curvematch: nope: no such file or folder."
+    (tmp_path / "images").mkdir()
+    assert "images: is a folder: give one file of curves" in error(
+        capsys, "mean", tmp_path / "images", "--out", tmp_path / "m"
+    )
 
 
 def test_collection_of_other_settings_is_refused(meshes, parts_dir, tmp_path, capsys):
@@ -329,7 +362,8 @@ def test_index_answers_as_the_folder_does(meshes, parts_dir, tmp_path, capsys):
     again = result(capsys, "query", queries[0], "--in", index, "--rerank")
     assert again["reranked"]
     assert {row["name"] for row in again["results"][:2]} == {"snake0.off", "snake1.off"}
-    assert "made with witnesses" in error(capsys, "query", queries[0], "--in", index, "--preset", "articulated")
+    said = "made with the preset default, and is asked for with the preset articulated: use"
+    assert said in error(capsys, "query", queries[0], "--in", index, "--preset", "articulated")
     assert "no surfaces to draw" in error(capsys, "query", queries[0], "--in", index, "--explain", tmp_path / "a.png")
     assert "several meshes" in error(capsys, "query", *queries, "--in", index, "--explain", tmp_path / "a.png")
     assert "symmetric" in error(capsys, "query", queries[0], "--in", parts_dir, "--preset", "partial", "--rerank")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Sequence
 from enum import StrEnum
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,6 +15,7 @@ import typer
 
 from ..extraction._workers import TIME_LIMIT, cores, one_line
 from ..retrieval import Matching
+from ..retrieval._matching import presets
 from ..surface import Extraction
 from . import _commands, _curves
 from ._demo import run_demo
@@ -42,7 +45,7 @@ class Preset(StrEnum):
     paper = "paper"
 
     def matching(self) -> Matching:
-        return Matching() if self is Preset.default else getattr(Matching, self.value)()
+        return presets()[self.value]
 
 
 class FieldName(StrEnum):
@@ -73,8 +76,19 @@ PresetOption = Annotated[
 ]
 
 
+def _show_version(asked: bool) -> bool:
+    if asked:
+        print(f"curvematch {version('curvematch_jax')}")
+        raise typer.Exit
+    return asked
+
+
 @app.callback()
-def _setup() -> None:
+def _setup(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and stop.")
+    ] = False,
+) -> None:
     """Find similar 3D models, in any pose or only in part, by the elastic shapes of their geodesic level curves."""
 
 
@@ -269,6 +283,11 @@ def demo(
     return run_demo(out, jobs, open, Output(json, quiet))
 
 
+def _plain(message: str) -> str:
+    """A usage error without the words of the library that checks the values."""
+    return re.sub(r"Value error, |Input (?=should)|, unable to parse.*", "", message).rstrip(".")
+
+
 def main() -> int:
     """The program `curvematch`: settings of the process, then the command of its arguments."""
     configure_jax()
@@ -283,7 +302,7 @@ def run(arguments: Sequence[str]) -> int:
     try:
         return app(list(arguments), standalone_mode=False) or 0
     except _UsageProblem as problem:
-        complain(f"{problem.format_message().rstrip('.')} (see curvematch --help)")
+        complain(f"{_plain(problem.format_message())} (see curvematch --help)")
         return USAGE
     except (KeyboardInterrupt, typer.Abort):
         complain("interrupted; finished work is kept")

@@ -7,6 +7,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from .._words import counted
 from ..datasets import match_labels, read_labels
 from ..extraction import Failure
 from ..extraction._collection import extract_each
@@ -52,8 +53,8 @@ def make_parts(
     seconds = time.perf_counter() - started
     computed, present = len(written) - len(store.found), len(store.found)
     output.result(
-        f"{len(written)} of {len(sources)} meshes: parts in {out}, {computed} computed and {present} there already "
-        f"({seconds:.1f} s)",
+        f"{len(written)} of {counted(len(sources), 'mesh', 'meshes')}: parts in {out}, {computed} computed and "
+        f"{present} there already ({seconds:.1f} s)",
         {
             "out": str(out),
             "objects": [written[index] for index in sorted(written)],

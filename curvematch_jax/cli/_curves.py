@@ -12,6 +12,7 @@ import numpy as np
 
 from .._files import replacing, writing
 from .._progress import reporter
+from .._words import counted
 from ..datasets import match_labels, read_labels
 from ..elastic import distance_matrix
 from ..extraction import Failure
@@ -61,7 +62,7 @@ def make_outlines(
     seconds = time.perf_counter() - started
     failures = [dataclasses.asdict(failure) for failure in failed]
     output.result(
-        f"{len(curves)} outlines of {len(paths)} images in {out} ({seconds:.1f} s)",
+        f"{counted(len(curves), 'outline')} of {counted(len(paths), 'image')} in {out} ({seconds:.1f} s)",
         {"out": str(out), "outlines": names, "notes": notes, "failed": failures, "seconds": seconds},
     )
     return SOME_FAILED if failed and strict else 0
@@ -73,7 +74,7 @@ def make_mean(
     """Curves to their mean, scores, tests and pictures, in a folder that appears when all of it is there."""
     started = time.perf_counter()
     read = read_curves(path)
-    labels = None if groups is None else _labels(read.names, groups)
+    labels = None if groups is None else match_labels(read.names, read_labels(groups), groups, "curves")
     curves = read.array(samples)
     mean = karcher_mean(curves, progress=output.progress)
     components = TangentPCA.fit(mean)
@@ -98,8 +99,8 @@ def make_mean(
     shares = ", ".join(f"{100 * share:.0f} %" for share in explained[:_SHOWN])
     said = "".join(f"; {name}: p = {test['p']:.4f}" for name, test in tests.items())
     output.result(
-        f"the mean of {len(curves)} curves is in {out}: variance {float(mean.variance):.4g}, components {shares}{said} "
-        f"({result['seconds']:.1f} s)",
+        f"the mean of {counted(len(curves), 'curve')} is in {out}: variance {float(mean.variance):.4g}, "
+        f"components {shares}{said} ({result['seconds']:.1f} s)",
         result,
     )
     return 0
@@ -116,15 +117,6 @@ def _image_files(inputs: Sequence[Path]) -> list[Path]:
     if not found:
         raise ValueError(f"no images ({', '.join(IMAGE_SUFFIXES)}) in {', '.join(str(path) for path in inputs)}")
     return found
-
-
-def _labels(names: Sequence[str], path: Path) -> list[str]:
-    """The group of each curve; a label file may also name the images that the curves are of."""
-    labels = {}
-    for file, label in read_labels(path).items():
-        image = file not in names and Path(file).suffix.lower() in IMAGE_SUFFIXES
-        labels[Path(file).stem if image else file] = label
-    return match_labels(names, labels, path, "curves")
 
 
 def _tests(curves: np.ndarray, labels: list[str], permutations: int, output: Output) -> dict[str, dict[str, float]]:

@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from .._files import vacant
+from .._words import counted
 from ..extraction import Failure
 from ..extraction._collection import extract_each
 from ..extraction._kept import Store
@@ -47,7 +48,8 @@ def make_matrix(
         output.note(f"{note} and comes last in every ranking")
     blocks = {"computed": status.done - present, "present": present}
     output.result(
-        f"{len(parts)} objects: matrix in {out}, {blocks['computed']} blocks computed and {present} there already "
+        f"{counted(len(parts), 'object')}: matrix in {out}, {counted(blocks['computed'], 'block')} computed and "
+        f"{present} there already "
         f"(parts {seconds['parts']:.1f} s, matrix {seconds['matrix']:.1f} s)",
         {
             "out": str(out),
@@ -80,7 +82,7 @@ def make_index(
     added = build_index(parts, out, matching, output.progress)
     seconds = time.perf_counter() - started
     output.result(
-        f"{len(parts)} objects: index in {out}, {added} of them new ({seconds:.1f} s)",
+        f"{counted(len(parts), 'object')}: index in {out}, {added} of them new ({seconds:.1f} s)",
         {
             "out": str(out),
             "objects": len(parts),
@@ -96,7 +98,8 @@ def make_index(
 def show_status(out: Path, output: Output) -> int:
     """How far a matrix has come; another process may be at work on it."""
     status = matrix_status(out)
-    text = f"{len(status.names)} objects: {status.done} of {status.done + status.left} blocks done"
+    blocks = counted(status.done + status.left, "block")
+    text = f"{counted(len(status.names), 'object')}: {status.done} of {blocks} done"
     if status.rate:
         text += f", {status.rate:.3g} a second"
     if status.seconds_left is not None and status.left:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from .._words import counted
 from ..datasets import match_labels, read_labels
 from ..extraction import Failure
 from ..extraction._sources import find_meshes, find_sources, is_parts
@@ -67,7 +68,7 @@ def make_report(
     output.failures(failures)
     megabytes = out.stat().st_size / 1e6
     output.result(
-        f"{len(saved.names)} objects: report in {out} ({megabytes:.1f} MB)",
+        f"{counted(len(saved.names), 'object')}: report in {out} ({megabytes:.1f} MB)",
         {
             "out": str(out),
             "objects": len(saved.names),

@@ -1,8 +1,11 @@
 """Labelled collections of mesh files: a folder with `labels.csv`, or a folder per class."""
 
 import csv
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+
+from .._files import IMAGE_SUFFIXES
 
 MESH_SUFFIXES = (".off", ".obj", ".ply", ".stl", ".glb", ".gltf")
 
@@ -38,8 +41,7 @@ def labelled_folder(path: str | Path) -> list[tuple[Path, str]]:
         return [(folder / mesh, _class_folder(mesh, meshes, folder)) for mesh in meshes]
     labels = read_labels(label_file)
     names = [mesh.as_posix() for mesh in meshes]
-    match_labels(names, labels, label_file)
-    return [(folder / name, label) for name, label in labels.items()]
+    return [(folder / name, label) for name, label in _labels_of(names, labels, label_file, "meshes").items()]
 
 
 def read_labels(path: str | Path) -> dict[str, str]:
@@ -78,22 +80,56 @@ def read_labels(path: str | Path) -> dict[str, str]:
 def match_labels(names: Sequence[str], labels: dict[str, str], source: str | Path, what: str = "meshes") -> list[str]:
     """The class of each name, from labels that name them all and nothing else.
 
+    Suffixes of meshes and images may be missing on one side: `cat0` labels `cat0.off`, and `leaf.png` labels `leaf`,
+    where no other name or label fits.
+
     `source` is what messages call the labels, and `what` the things that have the names.
 
     Raises:
         ValueError: names without a label, or labels without a name; the first few are listed.
     """
-    known = set(names)
-    without_label = [name for name in names if name not in labels]
-    without_name = [name for name in labels if name not in known]
+    found = _labels_of(names, labels, source, what)
+    return [found[name] for name in names]
+
+
+def _labels_of(names: Sequence[str], labels: dict[str, str], source: str | Path, what: str) -> dict[str, str]:
+    """The classes by names, in the order of the labels; raises as `match_labels`."""
+    fitting = _fitting(names, labels)
+    claims = Counter(name for fits in fitting.values() for name in fits)
+    named = {label: fits[0] for label, fits in fitting.items() if len(fits) == 1 and claims[fits[0]] == 1}
+    there = set(named.values())
+    without_label = [name for name in names if name not in there]
+    without_name = [label for label, fits in fitting.items() if not fits]
+    unclear = [label for label, fits in fitting.items() if fits and label not in named]
     problems = []
     if without_label:
         problems.append(f"it has no class for {len(without_label)} of {len(names)} {what} ({_listed(without_label)})")
     if without_name:
         problems.append(f"it labels {len(without_name)} that are not there ({_listed(without_name)})")
+    if unclear:
+        problems.append(f"{len(unclear)} of its labels fit no name alone ({_listed(unclear)})")
     if problems:
         raise ValueError(f"{source} does not fit the {what}: {' and '.join(problems)}")
-    return [labels[name] for name in names]
+    return {name: labels[label] for label, name in named.items()}
+
+
+def _fitting(names: Sequence[str], labels: Iterable[str]) -> dict[str, list[str]]:
+    """The names that each label fits: itself, or else those without a label that differ by a suffix alone."""
+    known = set(names)
+    free = known.difference(labels)
+    by_stem: defaultdict[str, list[str]] = defaultdict(list)
+    for name in free:
+        by_stem[_stem(name)].append(name)
+    return {
+        label: [label] if label in known else by_stem.get(label, []) + [s for s in (_stem(label),) if s in free]
+        for label in labels
+    }
+
+
+def _stem(name: str) -> str:
+    """A name without the suffix of a mesh or an image."""
+    suffix = Path(name).suffix
+    return name.removesuffix(suffix) if suffix.lower() in (*MESH_SUFFIXES, *IMAGE_SUFFIXES) else name
 
 
 def _is_mesh(path: Path, folder: Path) -> bool:

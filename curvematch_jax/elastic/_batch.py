@@ -1,7 +1,7 @@
 """Distances of very many pairs: matrices, and lists of pairs."""
 
 import functools as ft
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -25,8 +25,8 @@ class _Pairs(NamedTuple):
 
 
 def distance_matrix(
-    a: ArrayLike,
-    b: ArrayLike | None = None,
+    a: ArrayLike | Sequence,
+    b: ArrayLike | Sequence | None = None,
     aligner: Aligner | None = None,
     progress: Progress = False,
     metric: str = "arc",
@@ -62,8 +62,8 @@ def distance_matrix(
 
 
 def pair_distances(
-    a: ArrayLike | Tables,
-    b: ArrayLike | Tables,
+    a: ArrayLike | Sequence | Tables,
+    b: ArrayLike | Sequence | Tables,
     pairs: ArrayLike,
     aligner: Aligner | None = None,
     progress: Progress = False,
@@ -95,7 +95,7 @@ def pair_distances(
     return result
 
 
-def tabulate(curves: ArrayLike, aligner: Aligner | None = None) -> Tables:
+def tabulate(curves: ArrayLike | Sequence, aligner: Aligner | None = None) -> Tables:
     """What alignment needs to know of closed curves `(C, d, n)`, for `pair_distances`.
 
     About 35 KB a curve of R^3 in float32, whatever n; 768 bytes for `Rigid(measured=False)`.
@@ -104,7 +104,7 @@ def tabulate(curves: ArrayLike, aligner: Aligner | None = None) -> Tables:
     return tables_of(_checked("curves", curves), as_aligner(aligner, Aligner.fast))
 
 
-def _curves(name: str, curves: ArrayLike | Tables) -> np.ndarray | Tables:
+def _curves(name: str, curves: ArrayLike | Sequence | Tables) -> np.ndarray | Tables:
     return curves if isinstance(curves, Tables) else _checked(name, curves)
 
 
@@ -124,7 +124,7 @@ def _check_tables(first: np.ndarray | Tables, second: np.ndarray | Tables, align
         raise ValueError(f"curves of {d1} and of {d2} dimensions have no distance.")
 
 
-def _checked(name: str, curves: ArrayLike) -> np.ndarray:
+def _checked(name: str, curves: ArrayLike | Sequence) -> np.ndarray:
     array = np.asarray(as_shapes(name, curves))
     if array.ndim != 3:
         raise ValueError(f"{name} has shape {array.shape}: give one batch of closed curves, (curves, d, n).")

@@ -95,12 +95,24 @@ def numbers(name: str, values: Any) -> np.ndarray:
         if array.dtype.kind == "O":
             array = array.astype(float)
     except (TypeError, ValueError, OverflowError):
+        _check_uneven(name, values)
         raise ValueError(f"{name} is no array of real numbers: give one of floats, (*batch, d, n).") from None
     if array.dtype.kind in "iub" or jnp.issubdtype(array.dtype, jnp.integer):
         return array.astype(float)
     if not jnp.issubdtype(array.dtype, jnp.floating):
         raise ValueError(f"{name} has dtype {array.dtype}: give real numbers.")
     return array.astype(np.float32 if array.dtype.itemsize < 4 else array.dtype.newbyteorder("="), copy=False)
+
+
+def _check_uneven(name: str, values: Any) -> None:
+    """`ValueError` for a list of curves that do not fit into one array."""
+    if isinstance(values, list | tuple) and all(isinstance(each, np.ndarray | jax.Array) for each in values):
+        shapes = list(dict.fromkeys(each.shape for each in values))
+        if len(shapes) > 1:
+            raise ValueError(
+                f"{name} holds curves of (d, n) = {shapes[0]} and {shapes[1]}: all need the same dimension and number "
+                "of samples; resample(curve, n) changes n."
+            ) from None
 
 
 def as_field(name: str, q: ArrayLike | Sequence) -> Float[Array, "*b d n"]:
@@ -116,6 +128,8 @@ def as_field(name: str, q: ArrayLike | Sequence) -> Float[Array, "*b d n"]:
             raise ValueError(f"{name} holds NaN or infinity.")
     else:
         field = jnp.asarray(q)
+    if field.ndim >= 2:
+        _check_order(name, field.shape)
     if field.ndim < 2 or field.shape[-2] < 2 or not jnp.issubdtype(field.dtype, jnp.floating):
         raise ValueError(
             f"{name} has shape {field.shape} and dtype {field.dtype}: give real fields as (*batch, d, n), d >= 2."
@@ -140,10 +154,19 @@ def check_shape(name: str, shape: tuple[int, ...]) -> None:
     """`ValueError` unless it is one of curves, `(*b, d >= 2, n >= 8)`."""
     if len(shape) < 2:
         raise ValueError(f"{name} has shape {shape}: give closed curves as (*batch, d, n), component-major.")
+    _check_order(name, shape)
     if shape[-2] < 2:
         raise ValueError(f"{name} has shape {shape}, so d = {shape[-2]}: curves need d >= 2, as (*batch, d, n).")
     if shape[-1] < MIN_SAMPLES:
         raise ValueError(f"{name} has shape {shape}, so n = {shape[-1]}: curves need {MIN_SAMPLES} samples or more.")
+
+
+def _check_order(name: str, shape: tuple[int, ...]) -> None:
+    """`ValueError` for samples by components, `(*b, n, d)`: too few samples, and dimensions enough for samples."""
+    if 2 <= shape[-1] < MIN_SAMPLES <= shape[-2]:
+        given = name if name.isidentifier() else "curve"
+        other = f"{given}.T" if len(shape) == 2 else f"np.swapaxes({given}, -1, -2)"
+        raise ValueError(f"{name} has shape {shape}, which looks transposed: give (*batch, d, n), e.g. {other}.")
 
 
 def _checked(name: str, curve: np.ndarray) -> tuple[np.ndarray, Frame]:

@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from .._given import wrong_type
 from .._progress import Progress, reporter
 from ..retrieval import load_parts
 from ..surface import Extraction, Parts, extract_parts, load_mesh
@@ -65,9 +66,11 @@ def extract_collection(
         time_limit: seconds that one mesh may take.
 
     Raises:
-        ValueError: a folder holds neither meshes nor parts, the cache holds parts made with other settings, or `jobs`
-            or `time_limit` is not positive.
+        ValueError: `paths` is a single path, a folder holds neither meshes nor parts, the cache holds parts made with
+            other settings, or `jobs` or `time_limit` is not positive.
     """
+    if isinstance(paths, str | os.PathLike):
+        raise wrong_type("paths", paths, "give a list of files and folders, e.g. [path]")
     if jobs is not None and jobs < 1:
         raise ValueError(f"jobs must be at least 1, found {jobs}")
     if not time_limit > 0:

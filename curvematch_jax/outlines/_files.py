@@ -10,7 +10,7 @@ import zipfile
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import ArrayLike
@@ -45,8 +45,8 @@ class NamedCurves(NamedTuple):
         return np.stack([np.asarray(resample(curve, samples)) for curve in self.curves])
 
 
-def write_curves(path: str | Path, curves: np.ndarray | Sequence, names: Sequence[str] | None = None) -> None:
-    """Closed curves, `(k, d, n)` or a list of `(d, n_i)`, to a file; its suffix says the format.
+def write_curves(path: str | Path, curves: ArrayLike | Sequence, names: Sequence[str] | None = None) -> None:
+    """Closed curves, `(k, d, n)`, a list of `(d, n_i)`, or one `(d, n)`, to a file; its suffix says the format.
 
     - `.npz`: `points (sum n_i, d)`, `counts (k,)`, `names (k,)`.
     - `.csv`: columns `curve,point,x,y[,z]`, or `curve,point,x0,x1,...` for d > 3, a row for each sample.
@@ -55,7 +55,10 @@ def write_curves(path: str | Path, curves: np.ndarray | Sequence, names: Sequenc
     Raises `ValueError` for another suffix, other than closed curves of one dimension, and names that are not one for
     each or would not come back: empty, with spaces at their ends, or with signs that do not print."""
     path = Path(path)
-    listed = [_closed(f"curve {i}", curve) for i, curve in enumerate(curves)]
+    several: Any = curves
+    if len(several) and np.ndim(several[0]) == 1:
+        several = [several]
+    listed = [_closed(f"curve {i}", curve) for i, curve in enumerate(several)]
     names = [f"curve-{i}" for i in range(len(listed))] if names is None else [str(name) for name in names]
     if not listed or len(set(names)) != len(listed) or len({curve.shape[0] for curve in listed}) != 1:
         raise ValueError(f"{path}: give one curve or more, all of one dimension, and a name of its own for each.")
@@ -78,6 +81,13 @@ def read_curves(path: str | Path) -> NamedCurves:
     """
     path = Path(path)
     readers = {".npz": _read_npz, ".csv": _read_csv, ".tps": _read_tps}
+    if path.is_dir():
+        raise ValueError(
+            f"{path}: is a folder: give one file of curves ({', '.join(CURVE_SUFFIXES)}), which `curvematch outlines` "
+            "makes of images."
+        )
+    if not path.exists():
+        raise ValueError(f"{path}: no such file.")
     if path.suffix.lower() not in readers:
         raise ValueError(f"{path}: not a format of curves; known are {', '.join(CURVE_SUFFIXES)}.")
     try:

@@ -8,11 +8,13 @@ import numpy as np
 from jaxtyping import ArrayLike
 
 from .._optional import require
+from .._words import counted
 from ..elastic import resample
 
 _LEAST_PIXELS = 9
 _LEAST_POINTS = 8
 _MOST_SMOOTHING = 10_000
+_EMPTY = "the image has no foreground: every pixel is 0."
 
 
 class Outlines(NamedTuple):
@@ -58,13 +60,15 @@ def outlines_of(
         try:
             curve, said = _outline(mask, smoothing)
         except ValueError as problem:
+            if not each:
+                raise
             notes.append(f"{title}: {problem}")
             continue
         curves.append(np.asarray(resample(curve, n)))
         names.append(title)
         notes += [f"{title}: {note}" for note in said]
     if not curves:
-        raise ValueError("; ".join(notes) or f"{name}: the image has no foreground: every pixel is 0.")
+        raise ValueError("; ".join(notes) or _EMPTY)
     return Outlines(np.stack(curves), tuple(names), tuple(notes))
 
 
@@ -91,20 +95,29 @@ def _outline(mask: np.ndarray, smoothing: float) -> tuple[np.ndarray, list[str]]
     pieces = measure.label(mask, connectivity=1)
     sizes = np.bincount(pieces.ravel())[1:]
     if not len(sizes):
-        raise ValueError("the image has no foreground: every pixel is 0.")
+        raise ValueError(_EMPTY)
     piece = pieces == int(np.argmax(sizes)) + 1
     if sizes.max() < _LEAST_PIXELS:
-        raise ValueError(f"the largest piece has {sizes.max()} pixels: an outline needs {_LEAST_PIXELS} or more.")
+        most = counted(int(sizes.max()), "pixel")
+        raise ValueError(f"the largest piece has {most}: an outline needs {_LEAST_PIXELS} or more.")
     edge = np.concatenate([piece[0], piece[-1], piece[:, 0], piece[:, -1]])
     if edge.any():
-        raise ValueError("the shape reaches the border of the image, where its outline is open: pad or crop the image.")
+        raise ValueError(
+            "the shape reaches the border of the image, where its outline is open: invert the image if its shape is "
+            "dark, as pixels of the shape are those that are not 0; otherwise pad it with 0."
+        )
     notes = []
     if len(sizes) > 1:
-        notes.append(f"{len(sizes) - 1} smaller pieces are left out, of {sizes.sum() - sizes.max()} pixels in all")
+        left = counted(int(sizes.sum() - sizes.max()), "pixel")
+        pieces_left = "1 smaller piece is" if len(sizes) == 2 else f"{len(sizes) - 1} smaller pieces are"
+        notes.append(
+            f"{pieces_left} left out, {left} in all: for outlines of these, split the image, or label its pieces and "
+            "use each=True (--each)"
+        )
     contours = sorted(measure.find_contours(piece.astype(float), 0.5), key=len)
     outer = max(contours, key=lambda c: np.prod(np.ptp(c, axis=0)))
     if len(contours) > 1:
-        notes.append(f"{len(contours) - 1} holes are left out")
+        notes.append(f"{counted(len(contours) - 1, 'hole')} left out")
     curve = np.stack([outer[:-1, 1], -outer[:-1, 0]])
     if _area(curve) < 0:
         curve = curve[:, ::-1]

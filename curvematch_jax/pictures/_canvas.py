@@ -28,7 +28,8 @@ def check_picture(path: str | Path) -> None:
         path: the picture to be written; its suffix names the format.
 
     Raises:
-        ValueError: the suffix names no format of pictures, or there is no folder to write to.
+        ValueError: the suffix names no format of pictures, or its folder is not writable; one that is not there is
+            made with the picture.
         ImportError: without matplotlib (the extra `plot`).
     """
     path = Path(path)
@@ -38,8 +39,9 @@ def check_picture(path: str | Path) -> None:
         raise ValueError(f"{path}: the suffix {shown} is not a picture format; known are {', '.join(sorted(known))}")
     if path.is_dir():
         raise ValueError(f"{path} is a folder, not a picture to write")
-    if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
-        raise ValueError(f"{path}: the picture cannot be written: {path.parent} is not a writable folder")
+    there = next(folder for folder in path.absolute().parents if folder.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK):
+        raise ValueError(f"{path}: the picture cannot be written: {there} is not a writable folder")
 
 
 def save(figure: Figure, path: str | Path, tight: bool = False) -> None:

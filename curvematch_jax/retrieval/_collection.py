@@ -16,7 +16,7 @@ from ..surface import Parts
 from ._cohort import LEAST, Cohort, chosen, object_distances, witness_distances
 from ._distances import nearest_in
 from ._matching import DEFAULT, Matching
-from ._objects import Objects, own
+from ._objects import Objects, each_of, own
 from ._settings import require_same, require_same_extraction
 from ._stack import Stack, joined, object_blocks, stack
 
@@ -75,7 +75,7 @@ class Collection:
     @classmethod
     def gathered(cls, parts: Iterable[Parts], matching: Matching) -> Collection:
         """Without a cohort; raises as `of`."""
-        objects, stacks, marks, left = [], [], [], iter(parts)
+        objects, stacks, marks, left = [], [], [], each_of(parts)
         while some := list(islice(left, _AT_ONCE)):
             objects.append(Objects.of(some, matching))
             ready, signed = _ready(stack(some, matching.unit), matching.aligner)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import _measures
+from ._matrix_file import refuse_saved
 
 _MEASURES = {
     "nn": _measures.nearest_neighbour,
@@ -165,6 +166,7 @@ def evaluate_graded(dissimilarity: np.ndarray, grades: np.ndarray) -> GradedScor
 
 
 def _checked(values: np.ndarray, name: str) -> np.ndarray:
+    refuse_saved(name, values)
     array = np.asarray(values)
     if array.dtype.kind not in "fiub":
         raise ValueError(f"{name} holds {array.dtype} values: numbers are needed")

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from .._files import locked, remove_leftovers, replacing, short, vacant, writing
+from .._files import because, locked, remove_leftovers, replacing, short, vacant, writing
 from .._progress import Progress
 from ..elastic import Tables
 from ..elastic._rigid import RigidTable
@@ -97,7 +97,7 @@ def read_index(path: str | os.PathLike[str], matching: Matching) -> Collection:
     """An index mapped into memory; raises as `Collection.open`."""
     path = Path(path)
     table = _read_table(path)
-    what = (f"{path}: the index was made", "and is asked")
+    what = (f"{path}: the index was made", "and is asked for")
     remedy = "use the preset that it was made with, or build another one"
     require_same(table["settings"]["matching"], matching, what, remedy)
     try:
@@ -112,7 +112,7 @@ def _read_table(path: Path) -> dict[str, Any]:
     try:
         table = json.loads((path / _TABLE).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise ValueError(f"{path}: not a curvematch index ({short(error)})") from error
+        raise ValueError(f"{path}: not a curvematch index{because(error)}") from error
     if not isinstance(table, dict) or "curvematch_index" not in table:
         raise ValueError(f"{path}: not a curvematch index")
     if table["curvematch_index"] != INDEX_FORMAT:

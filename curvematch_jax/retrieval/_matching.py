@@ -204,3 +204,10 @@ class Matching:
 
 DEFAULT = Matching()
 """The default settings."""
+
+_PRESETS = ("elastic", "articulated", "generic", "partial", "paper")
+
+
+def presets() -> dict[str, Matching]:
+    """The settings that have a name, by name."""
+    return {"default": DEFAULT, **{name: getattr(Matching, name)() for name in _PRESETS}}

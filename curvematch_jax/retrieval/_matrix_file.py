@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from .._files import replacing, short, vacant, writing
+from .._files import because, replacing, short, vacant, writing
+from .._given import wrong_type
 from ._blocks import Grid
 
 MATRIX_FORMAT = 4
@@ -40,6 +41,12 @@ class SavedMatrix:
     names: tuple[str, ...]
     settings: Mapping[str, object]
     notes: tuple[str, ...] = ()
+
+
+def refuse_saved(name: str, value: object) -> None:
+    """`ValueError` for a saved matrix where its values are needed."""
+    if isinstance(value, SavedMatrix):
+        raise wrong_type(name, value, "give its values, saved.dissimilarity")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -148,7 +155,7 @@ def matrix_attributes(path: Path) -> dict[str, Any]:
             warnings.simplefilter("ignore")  # About files that are not zarr's.
             attributes: dict[str, Any] = dict(zarr.open_group(path, mode="r").attrs)
     except Exception as error:  # zarr's stores raise what they like
-        raise ValueError(f"{path}: not a curvematch matrix ({short(error)})") from error
+        raise ValueError(f"{path}: not a curvematch matrix{because(error)}") from error
     if "curvematch_matrix" not in attributes:
         raise ValueError(f"{path}: not a curvematch matrix")
     if attributes["curvematch_matrix"] != MATRIX_FORMAT:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import defaultdict, deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from .._given import require_type, wrong_type
 from ..surface import Extraction, Parts
 from ._matching import Matching
 from ._parts_file import fingerprint
@@ -40,10 +41,11 @@ class Objects:
         """One pass over the objects.
 
         Raises:
-            ValueError: when there are none, they were extracted with different settings, or have descriptors of
-                different lengths.
+            ValueError: when there are none, something is of another type, they were extracted with different settings,
+                or have descriptors of different lengths.
         """
-        return cls.joined([_one(each, matching) for each in parts])
+        require_type("matching", matching, Matching, "give a Matching, e.g. Matching.elastic()")
+        return cls.joined([_one(each, matching) for each in each_of(parts)])
 
     @classmethod
     def joined(cls, several: Sequence[Objects]) -> Objects:
@@ -72,6 +74,16 @@ class Objects:
             self.counts[chosen],
             {name: table[chosen] for name, table in self.descriptors.items()},
         )
+
+
+def each_of(parts: Iterable[Parts]) -> Iterator[Parts]:
+    """The objects one by one; `ValueError` for what is no collection of them."""
+    remedy = "give a list of Parts, e.g. extract_collection(paths).parts"
+    if isinstance(parts, str) or not isinstance(parts, Iterable):
+        raise wrong_type("the collection", parts, remedy)
+    for each in parts:
+        require_type("an object of the collection", each, Parts, remedy)
+        yield each
 
 
 def places(

@@ -20,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from .._files import replacing, short
+from .._files import because, replacing, short
+from .._given import require_type, wrong_type
 from ..surface import Extraction, Parts
 from ..surface._parts import ARRAYS
 from ._settings import require_same_extraction
@@ -45,8 +46,9 @@ def save_parts(parts: Parts, path: str | os.PathLike[str], source: str = "") -> 
         source: the key of the mesh file that they are from, see `source_key`; empty when there is none.
 
     Raises:
-        ValueError: when there is a folder at `path`, or `source` is no key.
+        ValueError: when `parts` are something else, there is a folder at `path`, or `source` is no key.
     """
+    require_type("parts", parts, Parts, "give Parts, e.g. extract_parts(mesh)")
     if Path(path).is_dir():
         raise ValueError(f"{path}: is a folder: give a file for the parts")
     data = _encoded(_fields(parts), source)
@@ -70,9 +72,9 @@ def load_parts(path: str | os.PathLike[str]) -> Parts:
         data = path.read_bytes()
         fields = _decoded(data)
     except FileNotFoundError:
-        raise
+        raise FileNotFoundError(f"{path}: no such parts file") from None
     except Exception as error:  # zipfile and numpy raise what they like, tokenize.TokenError too
-        raise ValueError(f"{path}: not a parts file, or a damaged one ({short(error)})") from error
+        raise ValueError(f"{path}: not a parts file, or a damaged one{because(error)}") from error
     if "format" not in fields or fields["format"].size != 1:
         raise ValueError(f"{path}: not a parts file: it has no format number")
     if int(fields["format"]) != PARTS_FORMAT:
@@ -97,6 +99,8 @@ def load_collection(paths: Iterable[str | os.PathLike[str]]) -> list[Parts]:
     Raises:
         ValueError: as `load_parts`, and when two files were made with different settings, naming the setting.
     """
+    if isinstance(paths, str | os.PathLike):
+        raise wrong_type("paths", paths, "give a list of files; extract_collection([folder]) reads a folder")
     collection = [load_parts(path) for path in paths]
     require_same_extraction([(parts.name, parts.settings) for parts in collection])
     return collection

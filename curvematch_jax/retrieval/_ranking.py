@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._given import require_type
 from .._progress import Progress, reporter
 from ..surface import Parts
 from ._belief import Belief, combine, masses, odds_masses, weighted_evidence
@@ -93,8 +94,9 @@ class Ranking:
 
         Raises:
             IndexError: when there is no such object.
-            ValueError: when its distances are not known.
+            ValueError: when `j` is no index, or its distances are not known.
         """
+        require_type("j", j, (int, np.integer), "give an index, e.g. ranking.order[0] or ranking.names.index(name)")
         if not 0 <= j < len(self.names):
             raise IndexError(f"object {j} does not exist: the collection has the objects 0 to {len(self.names) - 1}")
         if not self.exact[j]:
@@ -144,9 +146,11 @@ def rank(
         exclude_self: leave out of the order, and of what is believed, the objects with the query's own parts.
 
     Raises:
-        ValueError: when the collection is empty or has nothing but the excluded query, settings of the extraction
-            differ, naming the setting, the collection was made ready for another matching, or `top` is not 1 or more.
+        ValueError: when something is of another type, the collection is empty or has nothing but the excluded query,
+            settings of the extraction differ, naming the setting, the collection was made ready for another matching,
+            or `top` is not 1 or more.
     """
+    require_type("query", query, Parts, "give Parts, e.g. extract_parts(mesh)")
     if top is not None and top < 1:
         raise ValueError(f"top must be 1 or more, found {top}")
     started = time.perf_counter()

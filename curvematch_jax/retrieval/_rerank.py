@@ -8,6 +8,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ._collection import Collection
+from ._matrix_file import refuse_saved
 from ._ranking import Ranking, mutual_among
 
 # Objects of a ranking that are put in another order.
@@ -41,6 +42,7 @@ def rerank(dissimilarity: np.ndarray, k: int = 8) -> np.ndarray:
     Raises:
         ValueError: when the matrix is not square and finite, or `k` is not 1 or more.
     """
+    refuse_saved("dissimilarity", dissimilarity)
     matrix = np.asarray(dissimilarity, np.float64)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not np.isfinite(matrix).all():
         raise ValueError(f"re-ranking needs a square matrix of finite values, found shape {matrix.shape}")

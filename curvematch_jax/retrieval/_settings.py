@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import reprlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..surface import Extraction
-from ._matching import Matching
+from ._matching import Matching, presets
 
 
 def run_settings(extraction: Extraction, matching: Matching) -> dict[str, Any]:
@@ -17,10 +18,19 @@ def run_settings(extraction: Extraction, matching: Matching) -> dict[str, Any]:
 
 
 def first_difference(one: object, other: object) -> tuple[str, Any, Any] | None:
-    """The first setting in which two differ, and its values; each is a settings object or what JSON has kept of one."""
+    """The first setting in which two differ, and its values; each is a settings object or what JSON has kept of one.
+
+    Settings within a setting are told as `aligner.grid`.
+    """
     left, right = _plain(one), _plain(other)
-    names = (name for name in {**left, **right} if left.get(name) != right.get(name))
-    return next(((name, left.get(name), right.get(name)) for name in names), None)
+    name = next((name for name in {**left, **right} if left.get(name) != right.get(name)), None)
+    if name is None:
+        return None
+    first, second = left.get(name), right.get(name)
+    within = isinstance(first, dict) and isinstance(second, dict) and first.keys() == second.keys()
+    if within and (inner := first_difference(first, second)):
+        return f"{name}.{inner[0]}", *inner[1:]
+    return name, first, second
 
 
 def require_same(one: object, other: object, what: tuple[str, str], remedy: str) -> None:
@@ -31,11 +41,19 @@ def require_same(one: object, other: object, what: tuple[str, str], remedy: str)
         what: of each the words before "with", in one sentence that ends with the remedy.
 
     Raises:
-        ValueError: naming the first setting that differs, and both its values.
+        ValueError: naming the presets of the two, or the first setting that differs and both its values.
     """
     if different := first_difference(one, other):
-        name, first, second = different
-        raise ValueError(f"{what[0]} with {name} = {first!r}, {what[1]} with {name} = {second!r}: {remedy}")
+        first, second = preset_of(one), preset_of(other)
+        if first and second:
+            raise ValueError(f"{what[0]} with the preset {first}, {what[1]} with the preset {second}: {remedy}")
+        name, first, second = different[0], *map(reprlib.repr, different[1:])
+        raise ValueError(f"{what[0]} with {name} = {first}, {what[1]} with {name} = {second}: {remedy}")
+
+
+def preset_of(matching: object) -> str | None:
+    """The name of the preset that settings are those of; None for others."""
+    return next((name for name, preset in presets().items() if first_difference(matching, preset) is None), None)
 
 
 def require_same_extraction(extracted: Sequence[tuple[str, Extraction]]) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import KDTree
 
+from .._given import require_type
 from . import _prep
 from ._mesh import Mesh, MeshError
 from ._moved import hausdorff, shape_of
@@ -102,11 +103,13 @@ def clean(mesh: Mesh, *, vertices: int = 5000) -> tuple[Mesh, CleanReport]:
         the mesh, and the report of what was changed.
 
     Raises:
+        ValueError: `mesh` is no `Mesh`.
         MeshError: nothing usable is left, or the surface cannot be closed, lacks nearly as much as there is, has one
             side only, encloses nothing or is mostly needles; or its width is below 1e-15, above 1e15, or less than
             1e-8 of its distance from the origin.
         ImportError: closing or decimating is needed and the extra `prep` is not installed.
     """
+    require_type("mesh", mesh, Mesh, "give a Mesh, e.g. load_mesh(path)")
     work = _Work(mesh)
     if len(mesh.faces) < 4:
         raise MeshError(f"{work.name}: {len(mesh.faces)} faces cannot enclose a volume; at least 4 are needed")

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from .._given import require_type
 from ._clean import clean
 from ._features import Features, feature_points
 from ._fields import Distances, Field, check_field, curve_unit, distances_on
@@ -145,6 +146,7 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
     Deterministic, and independent of the mesh's unit.
 
     Raises:
+        ValueError: `mesh` is no `Mesh`, or `extraction` no `Extraction`.
         MeshError: the mesh cannot be made into one closed surface, or its triangles are too thin.
         ImportError: cleaning needs a library of the extra `prep`; the message has the line that installs it.
     """
@@ -163,6 +165,7 @@ def extract_parts(mesh: Mesh, extraction: Extraction = Extraction()) -> Parts:
 
 def prepared(mesh: Mesh, extraction: Extraction) -> tuple[Mesh, CleanReport]:
     """The surface that is measured: cleaned, and smoothed as `extraction` says."""
+    require_type("extraction", extraction, Extraction, "give an Extraction, e.g. Extraction(levels=15)")
     mesh, report = clean(mesh, vertices=extraction.vertices)
     return smooth(mesh, extraction.smoothing), report
 

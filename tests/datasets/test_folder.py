@@ -61,6 +61,31 @@ def test_match_labels_follows_the_names():
         match_labels(["a"], {"a": "x", "c": "y"}, "labels")
 
 
+def test_suffixes_may_be_missing_on_one_side(folder):
+    assert match_labels(["cat0.off", "leaf"], {"leaf.png": "x", "cat0": "y"}, "labels") == ["y", "x"]
+    assert match_labels(["a.off", "a"], {"a": "x", "a.off": "y"}, "labels") == ["y", "x"]
+    write_labels(folder, "deep/dog0,dog", "cat1,cat", "cat0.off,cat")
+    assert [path.name for path, _ in labelled_folder(folder)] == ["dog0.obj", "cat1.OFF", "cat0.off"]
+
+
+@pytest.mark.parametrize(
+    ("names", "labels", "complaint"),
+    [
+        (
+            ["a.off", "a.obj"],
+            ["a"],
+            "no class for 2 of 2 meshes (a.off, a.obj) and 1 of its labels fit no name alone (a)",
+        ),
+        (["a"], ["a.png", "a.tif"], "2 of its labels fit no name alone (a.png, a.tif)"),
+        (["a.off"], ["a.obj"], "it labels 1 that are not there (a.obj)"),
+        (["v1"], ["v1.2"], "it labels 1 that are not there (v1.2)"),
+    ],
+)
+def test_labels_that_could_be_of_several_names_are_refused(names, labels, complaint):
+    with pytest.raises(ValueError, match=re.escape(complaint)):
+        match_labels(names, dict.fromkeys(labels, "x"), "labels")
+
+
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [

@@ -41,6 +41,34 @@ def test_what_is_no_closed_curve_is_refused_in_one_sentence_that_names_it(curve,
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("shape", "advice"),
+    [
+        ((100, 2), r"e\.g\. curve1\.T"),
+        ((100, 3), r"e\.g\. curve1\.T"),
+        ((4, 100, 2), r"e\.g\. np\.swapaxes\(curve1, -1, -2\)"),
+    ],
+)
+def test_samples_by_components_are_called_transposed(shape, advice):
+    curve = np.zeros(shape)
+    words = r"curve1 has shape .*, which looks transposed: give \(\*batch, d, n\), " + advice
+    for check in (as_curves, as_shapes, as_field):
+        with pytest.raises(ValueError, match=words):
+            check("curve1", curve)
+    with pytest.raises(ValueError, match=words):
+        jax.jit(lambda x: as_curves("curve1", x))(curve)
+    with pytest.raises(ValueError, match=r"^curve 3 of the list .* e\.g\. (curve\.T|np\.swapaxes\(curve, )"):
+        as_shapes("curve 3 of the list", curve)
+
+
+def test_a_list_of_curves_of_different_lengths_names_them():
+    words = r"a holds curves of \(d, n\) = \(3, 50\) and \(3, 100\): .*; resample\(curve, n\) changes n\."
+    with pytest.raises(ValueError, match=words):
+        elastic.distance_matrix([ellipse(50), ellipse(100)])
+    with pytest.raises(ValueError, match="no array of real numbers"):
+        as_curves("a", [[1.0, 2.0], [1.0]])
+
+
 def test_a_back_and_forth_between_two_points_is_no_curve():
     curve = np.zeros((2, 20))
     curve[0, 10:] = 1

@@ -129,9 +129,11 @@ def test_hostile_text_gets_a_sentence(tmp_path, name, text, sentence):
 
 def test_a_folder_and_a_missing_file_get_a_sentence(tmp_path):
     (tmp_path / "folder.npz").mkdir()
-    assert "cannot be read" in said(read_curves, tmp_path / "folder.npz")
-    assert "cannot be read" in said(read_curves, tmp_path / "missing.csv")
-    assert "cannot be read" in said(read_outlines, tmp_path / "missing.png")
+    assert "folder.npz: is a folder: give one file of curves" in said(read_curves, tmp_path / "folder.npz")
+    assert "missing.csv: no such file" in said(read_curves, tmp_path / "missing.csv")
+    assert "missing.png: no such file or folder" in said(read_outlines, tmp_path / "missing.png")
+    (tmp_path / "folder.png").mkdir()
+    assert "folder.png: cannot be read" in said(read_outlines, tmp_path / "folder.png")
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".csv", ".tps"])

@@ -50,7 +50,7 @@ def test_labels_give_an_outline_each_and_holes_are_noted():
     image[65, 60] = 0
     found = outlines_of(image, each=True, name="cell")
     assert found.names == ("cell-3", "cell-7")
-    assert "1 holes" in found.notes[0]
+    assert found.notes[0] == "cell-7: 1 hole left out"
     assert area(found.curves[1]) > area(found.curves[0]) > 0
 
 
@@ -60,8 +60,9 @@ def test_labels_give_an_outline_each_and_holes_are_noted():
         (np.zeros((20, 20)), "no foreground"),
         (disk(1, 20, 10, 10), "has 5 pixels"),
         (np.eye(20) * 0 + np.eye(20, k=30), "no foreground"),
-        (np.pad([[1]], 5), "has 1 pixels"),
+        (np.pad([[1]], 5), "has 1 pixel:"),
         (np.ones((20, 20)), "border"),
+        (~disk(), "^the shape reaches the border .*: invert the image if its shape is dark"),
         (np.zeros((20, 20, 2)), "give a mask"),
         (np.full((20, 20), np.nan), "NaN"),
         (np.arange(1200).reshape(20, 20, 3), "coloured"),
@@ -70,6 +71,26 @@ def test_labels_give_an_outline_each_and_holes_are_noted():
 def test_bad_images_get_a_sentence(image, said):
     with pytest.raises(ValueError, match=said):
         outlines_of(image)
+
+
+def test_smaller_pieces_are_counted():
+    two, three = disk(12, row=25, column=25) | disk(3, row=65, column=60), disk(3, row=85, column=20)
+    said = "outline: 1 smaller piece is left out, 29 pixels in all: for outlines of these, split the image, or label"
+    assert outlines_of(two).notes[0].startswith(said)
+    assert "2 smaller pieces are left out, 58 pixels in all" in outlines_of(two | three).notes[0]
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".csv", ".tps"])
+def test_one_curve_is_written_as_several_are(tmp_path, suffix):
+    curve = leaves(1, n=20).curves[0]
+    write_curves(tmp_path / f"one{suffix}", curve)
+    write_curves(tmp_path / f"several{suffix}", curve[None])
+    one, several = read_curves(tmp_path / f"one{suffix}"), read_curves(tmp_path / f"several{suffix}")
+    assert one.names == several.names == ("curve-0",)
+    np.testing.assert_array_equal(one.array(), several.array())
+    for bad, said in ((curve.T, "looks transposed"), (curve[0], r"shape \(\): give"), ([], "give one curve or more")):
+        with pytest.raises(ValueError, match=said):
+            write_curves(tmp_path / f"bad{suffix}", bad)
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".csv", ".tps"])

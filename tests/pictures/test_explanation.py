@@ -178,14 +178,16 @@ def test_masses_by_parts_and_objects(tmp_path):
     [
         ("why.mesh", "the suffix '.mesh' is not a picture format; known are .*png"),
         ("why", r"the suffix \(none\) is not a picture format"),
-        ("missing/why.png", "is not a writable folder"),
+        ("file/missing/why.png", "file is not a writable folder"),
         ("folder.png", "is a folder, not a picture"),
     ],
 )
 def test_paths_that_cannot_be_written_are_refused_before_any_work(tmp_path, name, message):
     (tmp_path / "folder.png").mkdir()
+    (tmp_path / "file").touch()
     with pytest.raises(ValueError, match=message):
         check_picture(tmp_path / name)
+    check_picture(tmp_path / "missing" / "why.png")
 
 
 def test_checking_a_path_says_what_to_install(monkeypatch, tmp_path):

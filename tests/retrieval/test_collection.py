@@ -125,7 +125,7 @@ def test_what_a_collection_is_not_ready_for_is_refused(objects, make_parts):
     ready = Collection.of(objects[:2])
     with pytest.raises(ValueError, match="with unit = 'area', and the query comes with unit = 'diameter'"):
         rank(objects[0], ready, Matching(unit="diameter"))
-    with pytest.raises(ValueError, match="prepared with aligner"):
+    with pytest.raises(ValueError, match="with the preset default, and the query comes with the preset elastic"):
         rank(objects[0], ready, Matching.elastic())
     one_way, other = Matching(fusion="belief"), Matching(fusion="belief", candidates=0, unit="diameter")
     with pytest.raises(ValueError, match="with unit = 'area'"):

@@ -80,7 +80,7 @@ def test_other_objects_and_settings_are_refused_by_name(objects, make_parts, tmp
     changed = [*objects[:3], make_parts("0-3", seed=99), objects[4]]
     with pytest.raises(ValueError, match="the parts of 0-3 have changed"):
         build_index(changed, path)
-    with pytest.raises(ValueError, match="made with witnesses"):
+    with pytest.raises(ValueError, match="made with the preset default, and is asked for with the preset generic"):
         Collection.open(path, Matching.generic())
     assert is_index(path)
 
