@@ -185,8 +185,8 @@ def run(code, **environment):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param("RIGID", id="rigid"),
-        pytest.param("StartOnly()", id="other", marks=pytest.mark.slow),
+        pytest.param("RIGID", id="rigid", marks=pytest.mark.slow),
+        pytest.param("StartOnly()", id="other"),
         pytest.param("LEAN", id="lean", marks=pytest.mark.slow),
     ],
 )
@@ -215,6 +215,8 @@ def test_pairs_are_shared_among_devices(name):
         assert np.abs(found - plain).max() < 1e-4
         matrix = distance_matrix(np.tile(curves, (3, 1, 1)), others, aligner)
         assert np.abs(np.diag(matrix)[:4] - plain).max() < 1e-4
+        tabulate = jax.shard_map(aligners.RIGID.tabulate, mesh=mesh, in_specs=P("pairs"), out_specs=P("pairs"))
+        assert len(jax.jit(tabulate)(curves).tangents.sharding.device_set) == 2
         """
     )
 
