@@ -1,6 +1,7 @@
 """Object File Format. Unlike trimesh's, this reader refuses truncated files and keeps the order of the faces."""
 
 import re
+import warnings
 
 import numpy as np
 
@@ -40,10 +41,12 @@ def parse_off(text: str) -> tuple[np.ndarray, np.ndarray]:
 
 def _columns(lines: list[str], count: int, dtype: type) -> np.ndarray | None:
     """The first columns of a table of numbers, much faster than line by line; None unless every line has them."""
-    try:
-        return np.loadtxt(lines, dtype, comments=None, usecols=range(count), ndmin=2) if lines else None
-    except ValueError:
-        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)  # Older numpy reads 1.5 and 1e99 as integers, and says so.
+        try:
+            return np.loadtxt(lines, dtype, comments=None, usecols=range(count), ndmin=2) if lines else None
+        except (ValueError, DeprecationWarning):
+            return None
 
 
 def _content_lines(text: str) -> list[str]:
