@@ -238,7 +238,7 @@ def test_usage_errors_are_plain_sentences(meshes, parts_dir, capsys):
     see = r" \(see curvematch --help\)"
     for arguments, said in (
         (["--top", "0"], r"Invalid value for '--top': .*1"),
-        (["--top", "two"], r"Invalid value for '--top': .*valid integer"),
+        (["--top", "two"], r"Invalid value for '--top': .*valid integer.*"),
         (["--preset", "fancy"], r"Invalid value for '--preset': 'fancy' is not one of 'default', .* 'paper'"),
     ):
         assert re.fullmatch(f"curvematch: {said}{see}", error(capsys, *query, *arguments))

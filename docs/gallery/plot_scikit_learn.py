@@ -38,5 +38,5 @@ print("discriminant analysis:", cross_val_score(classifier, sample.curves, sampl
 # %%
 # An embedding in the plane, by multidimensional scaling.
 
-plane = MDS(metric="precomputed", init="classical_mds", random_state=0).fit_transform(matrix)
+plane = MDS(metric="precomputed", init="classical_mds", n_init=1, random_state=0).fit_transform(matrix)
 scores_picture(plane, "plane.png", [f"group {g}" for g in sample.groups])
