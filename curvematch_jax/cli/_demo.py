@@ -51,14 +51,14 @@ def run_demo(out: Path, jobs: int, show: bool, output: Output) -> int:
     """Make creatures, compare all with all, measure, rank a composite one, and write pictures and the report."""
     started = time.perf_counter()
     made = _make_all(jobs, output)
-    matching = Matching()
+    matching, partial = Matching(), Matching.partial()
     seconds = {"parts": time.perf_counter() - started}
     matrix = dissimilarity_matrix([m.parts for m in made], matching, output.progress)
     labels = [m.label for m in made]
     scores = evaluate(matrix, labels)
     query = labels.index(COMPOSITE)
     others = [i for i, label in enumerate(labels) if label != COMPOSITE]
-    ranking = rank(made[query].parts, [made[i].parts for i in others], Matching.partial())
+    ranking = rank(made[query].parts, [made[i].parts for i in others], partial)
     seconds["matrix"] = time.perf_counter() - started - seconds["parts"]
     classes = _class_order(ranking, [labels[i] for i in others])
     files = _save(out, made, matrix, matching, output.progress)
@@ -87,6 +87,7 @@ def run_demo(out: Path, jobs: int, show: bool, output: Output) -> int:
             "files": [str(path) for path in files],
             "seconds": seconds,
             "settings": run_settings(made[0].parts.settings, matching),
+            "query_settings": run_settings(made[query].parts.settings, partial),
         },
     )
     if show:

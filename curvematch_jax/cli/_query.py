@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from .._progress import Progress
+from .._words import counted
 from ..extraction import Failure, extract_collection
 from ..extraction._sources import find_meshes, is_parts
 from ..pictures import check_picture, explanation_picture
@@ -117,9 +118,8 @@ def _opened(
     read = extract_collection([place], jobs=jobs, progress=output.progress)
     report_failures(read.failures, len(read.parts), output)
     if read.computed:
-        output.note(
-            f"cut {read.computed} meshes into parts for this query alone: `curvematch parts {place}` keeps them"
-        )
+        meshes = counted(read.computed, "mesh", "meshes")
+        output.note(f"cut {meshes} into parts for this query alone: `curvematch parts {place}` keeps them")
     return Collection.of(read.parts, matching, output.progress), list(read.parts), list(read.failures)
 
 

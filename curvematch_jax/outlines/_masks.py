@@ -109,7 +109,7 @@ def _outline(mask: np.ndarray, smoothing: float) -> tuple[np.ndarray, list[str]]
     notes = []
     if len(sizes) > 1:
         left = counted(int(sizes.sum() - sizes.max()), "pixel")
-        pieces_left = "1 smaller piece is" if len(sizes) == 2 else f"{len(sizes) - 1} smaller pieces are"
+        pieces_left = counted(len(sizes) - 1, "smaller piece is", "smaller pieces are")
         notes.append(
             f"{pieces_left} left out, {left} in all: for outlines of these, split the image, or label its pieces and "
             "use each=True (--each)"

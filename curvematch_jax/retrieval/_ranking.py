@@ -47,10 +47,9 @@ class Ranking:
     """A collection of M objects, ordered by similarity to a query of P parts.
 
     Attributes:
-        order: (M,) indices into the collection, best first; ties are broken by the lower index.
+        order: (M,) indices into the collection, best first; ties are broken by the lower index. With `exclude_self`,
+            order and beliefs leave out the query itself, whose dissimilarity, probability and masses are 0.
         names: of the M objects, in the order of the collection, as everything below.
-            With `exclude_self`, `order` and the beliefs leave out the query itself: there its dissimilarity and its
-            probability are 0.
         dissimilarity: (M,) what the order follows; smaller is more similar.
         probability: (M,) pignistic probability of the belief model, whatever the fusion that made the order.
         conflict: mass on the empty set: how far the sources of belief contradict each other.
