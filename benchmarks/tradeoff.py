@@ -33,6 +33,7 @@ SETTINGS: dict[str, Aligner] = {
     "more starts": Elastic((Round(48, 24, 8), Round(12, 72, 9), Round(4, 216, 8))),
     "more refined": Elastic(paths=2, steps=6),
     "without its second round": replace(_ACCURATE, rounds=(_ACCURATE.rounds[0], *_ACCURATE.rounds[2:])),
+    "accurate, one path refined": replace(_ACCURATE, paths=1, steps=7),
     "accurate": _ACCURATE,
 }
 _COLOURS = ("#2b6cb0", "#d7301f", "#238b45", "#6a51a3")
