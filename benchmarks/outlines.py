@@ -6,12 +6,12 @@
 DIR has `mpeg7_half.npz`: `curves (c, 2, n)`, closed, and `labels (c,)`; half of MPEG-7 CE-Shape-1, 20 shapes of each of
 35 classes.
 
-Each preset compares every two outlines, `plain`, and `mirrored`: by the smaller of the distances to an outline and to
-its mirror image, the reflection with its samples in reverse, so that it runs round the same way.
+Each preset compares every two outlines, `plain`, and `mirrored`: with an outline or its mirror image, whichever is
+nearer, the reflection with its samples in reverse, so that it runs round the same way.
 
     bullseye  of the nearest 2c of each outline, itself included, the share of the c of its class, in the mean
     nn, ft    nearest neighbour and first tier; the query does not count
-    seconds   of the whole matrix, after a small call has compiled everything; mirrored: of both matrices
+    seconds   of the whole matrix, after a small call has compiled everything
 
 `reranked` has the mirrored matrix after `rerank`, the diffusion among mutual neighbours, with k = 4, 6, 8, 10, 12 or
 15. The k is the one of the best bullseye among the outlines of every other class alone, in their order; `others` is
@@ -25,7 +25,10 @@ with mirror images.
 from __future__ import annotations
 
 import argparse
+import functools as ft
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -88,18 +91,12 @@ def report(curves: np.ndarray, labels: np.ndarray, presets: list[str]) -> dict:
 
 def scores(name: str, curves: np.ndarray, labels: np.ndarray) -> dict[str, dict[str, float]]:
     """Of one preset, without and with mirror images."""
-    aligner = PRESETS[name]
-    few, mirrored = curves[:_FEW], mirror_images(curves)
-    cm.distance_matrix(few, aligner=aligner)
-    between(few, mirrored[:_FEW], aligner)
-    plain, seconds = timed(lambda: cm.distance_matrix(curves, aligner=aligner))
-    other, more = timed(lambda: between(curves, mirrored, aligner))
     pairs = len(curves) * (len(curves) - 1) // 2
-    nearer = np.minimum(plain, other)
-    rows = {
-        "plain": rated(plain, labels) | rates(pairs, seconds),
-        "mirrored": rated(nearer, labels) | rates(2 * pairs, seconds + more),
-    }
+    rows, nearer = {}, np.zeros((0, 0))
+    for kind, compare in (("plain", plain), ("mirrored", mirrored)):
+        compare(curves[:_FEW], PRESETS[name])
+        nearer, seconds = timed(ft.partial(compare, curves, PRESETS[name]))
+        rows[kind] = rated(nearer, labels) | {"seconds": seconds, "pairs_per_second": pairs / seconds}
     if hasattr(cm, "rerank"):  # which the first engine came without
         rows["reranked"] = reranked(nearer, labels)
     for kind, row in rows.items():
@@ -107,26 +104,33 @@ def scores(name: str, curves: np.ndarray, labels: np.ndarray) -> dict[str, dict[
     return rows
 
 
-def mirror_images(curves: np.ndarray) -> np.ndarray:
+def plain(curves: np.ndarray, aligner: cm.Aligner) -> np.ndarray:
+    return cm.distance_matrix(curves, aligner=aligner)
+
+
+def mirrored(curves: np.ndarray, aligner: Any) -> np.ndarray:
+    """The smaller distances; the first engine has to compute two matrices for them."""
+    if hasattr(aligner, "mirror"):
+        return plain(curves, replace(aligner, mirror=True))
+    return np.minimum(plain(curves, aligner), between(curves, images(curves), aligner))
+
+
+def images(curves: np.ndarray) -> np.ndarray:
     """Reflections of planar curves `(c, 2, n)`, their samples in reverse: they keep the sense in which they run."""
     return (curves * np.array([[-1], [1]], curves.dtype))[..., ::-1]
 
 
-def between(curves: np.ndarray, mirrored: np.ndarray, aligner: cm.Aligner) -> np.ndarray:
+def between(curves: np.ndarray, others: np.ndarray, aligner: cm.Aligner) -> np.ndarray:
     """Distances `(c, c)` of curves to the mirror images of others; a pair and its mirror image are computed once."""
     rows, columns = np.triu_indices(len(curves), 1)
     matrix = np.zeros((len(curves), len(curves)), curves.dtype)
-    matrix[rows, columns] = cm.pair_distances(curves, mirrored, np.stack([rows, columns], axis=1), aligner)
+    matrix[rows, columns] = cm.pair_distances(curves, others, np.stack([rows, columns], axis=1), aligner)
     return matrix + matrix.T
 
 
 def rated(matrix: np.ndarray, labels: np.ndarray) -> dict[str, float]:
     found = cm.evaluate(matrix, labels)
     return {"bullseye": float(np.mean(hits(matrix, labels))), "nn": found.nn, "ft": found.ft}
-
-
-def rates(pairs: int, seconds: float) -> dict[str, float]:
-    return {"seconds": seconds, "pairs": pairs, "pairs_per_second": pairs / seconds}
 
 
 def reranked(matrix: np.ndarray, labels: np.ndarray) -> dict[str, float]:

@@ -9,6 +9,7 @@ from ._distance import alignment_distance, elastic_distance
 from ._elastic import Elastic
 from ._geodesic import Geodesic, geodesic, log_map
 from ._matched import aligned_curve, matched_points, warp_onto
+from ._mirror import mirror_image
 from ._preshape import exp_map, parallel_transport, project_closed
 from ._rigid import Rigid
 from ._srvf import to_curve, to_srvf
@@ -35,6 +36,7 @@ __all__ = [
     "length",
     "log_map",
     "matched_points",
+    "mirror_image",
     "pair_distances",
     "parallel_transport",
     "project_closed",

@@ -14,6 +14,7 @@ from ._aligner import Aligner, Alignment
 from ._check import as_aligner, as_shapes, check_pair, traced
 from ._distinct import distinct, original_parameter
 from ._frame import AnyArray
+from ._mirror import forwards
 
 _SMALL = 8  # pairs in the chunk of a small batch
 
@@ -108,7 +109,9 @@ def _align_tables(aligner: Aligner, first: Any, second: Any, swap: Bool[Array, "
     wide = swap[:, None]
     rotation = jnp.where(wide[..., None], jnp.swapaxes(found.rotation, 1, 2), found.rotation)
     warp1, warp2 = jnp.where(wide, found.warp2, found.warp1), jnp.where(wide, found.warp1, found.warp2)
-    return Alignment(rotation, warp1 - jnp.floor(warp1[:, :1]), warp2 - jnp.floor(warp2[:, :1]), found.distance)
+    found = forwards(Alignment(rotation, warp1, warp2, found.distance))
+    whole = lambda warp: warp - jnp.floor(warp[:, :1])  # noqa: E731
+    return found._replace(warp1=whole(found.warp1), warp2=whole(found.warp2))
 
 
 @jax.jit

@@ -20,7 +20,8 @@ class Alignment(NamedTuple):
     Attributes:
         rotation: `(*b, d, d)`, R in SO(d).
         warp1, warp2: `(*b, m + 1)`, parameters of the two curves in turns at the times `k/m`: never falling, linear in
-            between, `warp[m] = warp[0] + 1`.
+            between, `warp[m] = warp[0] + 1`. With the mirror image of curve2, which only aligners with `mirror` use, R
+            reflects, of determinant -1, and warp2 falls to `warp[0] - 1`; `q2(warp2)` is then negative.
         distance: `(*b,)`, radians.
     """
 
@@ -38,10 +39,12 @@ class Aligner(abc.ABC):
     Attributes:
         chunk: pairs computed at once.
         warps: whether curves are reparametrised; their distance is then that of shapes, and has a gradient.
+        mirror: whether curve2 may be taken for its mirror image: reflected, and run through backwards.
     """
 
     chunk: int
     warps: ClassVar[bool] = True
+    mirror: bool = False
 
     @abc.abstractmethod
     def tabulate(self, curve: Float[AnyArray, "b d n"]) -> Any:

@@ -25,7 +25,7 @@ _ROUNDING = 4e-6
 
 def bounded(aligner: Aligner) -> bool:
     """Whether signatures bound the distances of this aligner."""
-    return isinstance(aligner, Rigid) and not aligner.measured
+    return isinstance(aligner, Rigid) and not aligner.measured and not aligner.mirror
 
 
 def signatures(tables: Tables) -> np.ndarray:

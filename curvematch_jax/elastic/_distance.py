@@ -80,7 +80,9 @@ def _carried(curve: Float[Array, "*c d n"], warp: Float[Array, "*b nodes"], node
         *warp.shape[:-1], -1
     )
     moved = interpolate(jnp.broadcast_to(field, (*warp.shape[:-1], *field.shape[-2:])), place)
-    return moved * jnp.repeat(jnp.sqrt(jnp.maximum(steps, 0) * steps.shape[-1]), nodes, axis=-1)[..., None, :]
+    sense = jnp.sign(warp[..., -1:] - warp[..., :1])
+    root = sense * jnp.sqrt(jnp.maximum(sense * steps, 0) * steps.shape[-1])
+    return moved * jnp.repeat(root, nodes, axis=-1)[..., None, :]
 
 
 def _value(aligner: Aligner, metric: str, curve1: Float[Array, "*b d n"], curve2: Float[Array, "*c d n"]):

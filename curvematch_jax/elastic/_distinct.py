@@ -57,14 +57,12 @@ def distinct(curves: np.ndarray, dtype: Any = None) -> tuple[np.ndarray, Places]
 def original_parameter(warp: np.ndarray, places: Places) -> np.ndarray:
     """Lifted warps `(b, m + 1)` of distinct curves, as parameters of the curves as they were given.
 
-    Increasing, with `warp[m] = warp[0] + 1`, before and after. Where the given curve stops at repeated samples, the
-    result jumps over them, or to some place among them.
+    Monotone, with `warp[m] = warp[0] + 1` or `- 1`, before and after. Where the given curve stops at repeated samples,
+    the result jumps over them, or to some place among them.
     """
     warp = np.array(warp)
     for index, place in places.items():
-        given = _lift(warp[index].astype(float), place, _equal(place)).astype(warp.dtype)
-        given[-1] = given[0] + 1
-        warp[index] = np.minimum(given, given[-1])  # Rounding of the sum is not to make it fall.
+        warp[index] = _relabelled(warp[index], place, _equal(place))
     return warp
 
 
@@ -72,9 +70,7 @@ def distinct_parameter(warp: np.ndarray, places: Places) -> np.ndarray:
     """Lifted warps `(b, m + 1)` of curves as they were given, as parameters of the distinct curves: the way back."""
     warp = np.array(warp)
     for index, place in places.items():
-        found = _lift(warp[index].astype(float), _equal(place), place).astype(warp.dtype)
-        found[-1] = found[0] + 1
-        warp[index] = np.minimum(found, found[-1])
+        warp[index] = _relabelled(warp[index], _equal(place), place)
     return warp
 
 
@@ -91,9 +87,13 @@ def _equal(place: np.ndarray) -> np.ndarray:
     return np.linspace(0, 1, len(place))
 
 
-def _lift(x: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _relabelled(warp: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """A lifted warp with the parameters `nodes` as `values`, between 0 and 1."""
+    x = warp.astype(float)
     turns = np.floor(x - nodes[0])
-    return np.interp(x - turns, nodes, values) + turns
+    found = (np.interp(x - turns, nodes, values) + turns).astype(warp.dtype)
+    found[-1] = found[0] + np.sign(x[-1] - x[0])
+    return np.clip(found, min(found[0], found[-1]), max(found[0], found[-1]))  # Against the rounding of the sum.
 
 
 def _resampled(curve: np.ndarray, n: int) -> np.ndarray:

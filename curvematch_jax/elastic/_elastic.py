@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import jax.numpy as jnp
 from jaxtyping import Float
@@ -10,8 +11,9 @@ from jaxtyping import Float
 from ._aligner import Aligner, Alignment, Round, check_least
 from ._certify import path_distance
 from ._frame import AnyArray
+from ._mirror import WithImage, both, chosen, smaller, to_the_curve, with_images
 from ._refine import from_warps, refine, warps_of
-from ._search import search
+from ._search import Paths, search
 from ._tables import TANGENTS, CurveTable, tabulate
 
 
@@ -25,6 +27,8 @@ class Elastic(Aligner):
         steps: of refinement.
         knots: pieces of the path, linear each.
         nodes: to a piece, where the distance is measured.
+        mirror: whether curve2 may be taken for its mirror image, where that is nearer. Paths are searched to both, half
+            of them to each after the first round; those to the nearer one are refined.
         chunk: pairs computed at once.
     """
 
@@ -33,6 +37,7 @@ class Elastic(Aligner):
     steps: int = 4
     knots: int = 256
     nodes: int = 2
+    mirror: bool = False
     chunk: int = 32
 
     def __post_init__(self) -> None:
@@ -65,12 +70,21 @@ class Elastic(Aligner):
         rounds = Round(48, 32, 10), Round(24, 32, 12), Round(10, 96, 16), Round(4, 288, 12)
         return Elastic(rounds, paths=2, steps=6, knots=512, chunk=16)
 
-    def tabulate(self, curve: Float[AnyArray, "b d n"]) -> CurveTable:
-        return tabulate(curve)
+    def tabulate(self, curve: Float[AnyArray, "b d n"]) -> CurveTable | WithImage:
+        return with_images(tabulate, curve) if self.mirror else tabulate(curve)
 
-    def align(self, first: CurveTable, second: CurveTable) -> Alignment:
-        true = first.count[0] > 0
-        paths = search(first, second, self.rounds, true).best(self.paths)
+    def align(self, first: Any, second: Any) -> Alignment:
+        if not self.mirror:
+            return self._along(search(first, second, self.rounds, first.count[0] > 0), first, second)
+        later = (replace(round_, paths=max(self.paths, -(-round_.paths // 2))) for round_ in self.rounds[1:])
+        rounds = self.rounds[0], *later
+        paths = search(*both(first, second), rounds, first.own.count[0] > 0)
+        mirrored, pairs = smaller(-jnp.max(paths.cosine, axis=1))
+        return to_the_curve(self._along(paths.at(pairs), first.own, chosen(mirrored, second)), mirrored)
+
+    def _along(self, paths: Paths, first: CurveTable, second: CurveTable) -> Alignment:
+        """The best of the paths, refined."""
+        paths, true = paths.best(self.paths), first.count[0] > 0
         flat = lambda warp: warp.reshape(-1, warp.shape[-1])  # noqa: E731
         u = from_warps(flat(paths.warp1), flat(paths.warp2), self.knots)
         rotation = paths.rotation.reshape(*paths.rotation.shape[:2], -1)

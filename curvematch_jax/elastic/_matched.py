@@ -34,8 +34,9 @@ def warp_onto(alignment: Alignment, n: int) -> Float[Array, "*b {n}+1"]:
     place = jnp.broadcast_to(place, (*warp1.shape[:-1], n + 1))
     turns = jnp.floor(place - warp1[..., :1])
     find = jnp.vectorize(jnp.interp, signature="(k),(m),(m)->(k)")
-    found = find(place - turns, warp1, warp2) + turns
-    return jnp.concatenate([found[..., :-1], found[..., :1] + 1], axis=-1)
+    turn = jnp.round(warp2[..., -1:] - warp2[..., :1])  # 1, or -1 where curve2 is run through backwards
+    found = find(place - turns, warp1, warp2) + turn * turns
+    return jnp.concatenate([found[..., :-1], found[..., :1] + turn], axis=-1)
 
 
 def aligned_curve(curve1: ArrayLike, curve2: ArrayLike, alignment: Alignment) -> Float[Array, "*b d n"]:

@@ -30,6 +30,9 @@ class Paths(NamedTuple):
     rotation: Float[Array, "d d b k"]
     cosine: Float[Array, "b k"]
 
+    def at(self, pairs: Int[Array, " p"]) -> "Paths":
+        return Paths(self.warp1[pairs], self.warp2[pairs], self.rotation[:, :, pairs], self.cosine[pairs])
+
     def best(self, count: int) -> "Paths":
         if count == self.cosine.shape[1]:
             return self

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from jaxtyping import ArrayLike
+
+from ..elastic import Aligner
+from ..elastic._check import as_aligner
 
 _ROUNDING = 1e-4  # of a matrix of distances, in units of its largest
 
@@ -36,6 +39,17 @@ def as_whole(name: str, value: Any, least: int) -> int:
         found = least - 1
     if isinstance(value, bool) or found < least:
         raise ValueError(f"{name} = {value!r}: give a whole number, {least} or more.")
+    return found
+
+
+def as_unmirrored(aligner: Any, default: Callable[[], Aligner]) -> Aligner:
+    """An aligner that keeps the sense of curves: what lies on a mean cannot be mirrored on the way."""
+    found = as_aligner(aligner, default)
+    if found.mirror:
+        raise ValueError(
+            f"aligner = {found}: statistics take curves as they are. Give the `mirror_image` of those that "
+            "`align` mirrors, where the determinant of the rotation is -1, and leave mirror=False."
+        )
     return found
 
 

@@ -10,8 +10,7 @@ from jaxtyping import ArrayLike
 
 from .._progress import Progress
 from ..elastic import Aligner, distance_matrix
-from ..elastic._check import as_aligner
-from ._check import as_distances, as_whole
+from ._check import as_distances, as_unmirrored, as_whole
 from ._mean import Mean, means
 from ._sample import as_sample, in_order
 
@@ -54,7 +53,7 @@ def shape_kmeans(
     given = as_sample(curves)
     if as_whole("clusters", clusters, 1) > len(given):
         raise ValueError(f"clusters = {clusters}: {len(given)} curves have 1 to {len(given)}.")
-    aligner = as_aligner(aligner, Aligner.fast)
+    aligner = as_unmirrored(aligner, Aligner.fast)
     if matrix is None:
         matrix = distance_matrix(given, aligner=aligner, progress=progress)
     matrix = as_distances("matrix", matrix)

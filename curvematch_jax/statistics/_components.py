@@ -12,10 +12,9 @@ import numpy as np
 from jaxtyping import ArrayLike
 
 from ..elastic import Aligner
-from ..elastic._check import as_aligner
 from ..elastic._geodesic import joined, straighten
 from ..elastic._preshape import parallel_transport, project_tangent
-from ._check import as_between, as_reals, as_whole
+from ._check import as_between, as_reals, as_unmirrored, as_whole
 from ._laying import onto
 from ._mean import Mean, as_mean
 from ._sample import as_sample
@@ -112,7 +111,7 @@ class TangentPCA:
 
     def transform(self, curves: ArrayLike | Sequence, aligner: Aligner | None = None) -> np.ndarray:
         """Scores `(k, c)` of other closed curves `(k, d, n)`, aligned to the mean. Raises `ValueError` as `align`."""
-        laid, sample = onto(self.base, as_sample(curves), as_aligner(aligner, Aligner.accurate))
+        laid, sample = onto(self.base, as_sample(curves), as_unmirrored(aligner, Aligner.accurate))
         return self._scores(laid.v, sample.lengths)
 
     def srvfs(self, scores: ArrayLike | Sequence) -> np.ndarray:

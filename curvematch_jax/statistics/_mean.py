@@ -10,7 +10,7 @@ from jaxtyping import ArrayLike
 
 from .._progress import Progress, reporter
 from ..elastic import Aligner
-from ..elastic._check import as_aligner
+from ._check import as_unmirrored
 from ._descent import Descent, State
 from ._medoid import rough_medoids
 from ._sample import Sample, as_sample, as_weights, in_order
@@ -106,7 +106,7 @@ def _descended(curves, weights, power: int, aligner: Aligner | None, progress: P
     if k < 2:
         raise ValueError(f"curves has shape {given.shape}: a mean is of two curves or more.")
     shares = as_weights(weights, given.shape[:-2])
-    aligner = as_aligner(aligner, Aligner.accurate)
+    aligner = as_unmirrored(aligner, Aligner.accurate)
     group = np.repeat(np.arange(int(np.prod(batch))), k)
     found = means(given.reshape(-1, d, n), group, shares.reshape(-1), power, aligner, progress)
     return _shaped(found, tuple(batch), k)
