@@ -67,7 +67,7 @@ class Aligner(abc.ABC):
 
     @staticmethod
     def accurate() -> Aligner:
-        """The best alignment known, at about a fifth of the speed."""
+        """The best alignment known, at about a third of the speed."""
         from ._elastic import Elastic
 
         return Elastic.accurate()

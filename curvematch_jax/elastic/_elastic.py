@@ -65,7 +65,7 @@ class Elastic(Aligner):
 
     @staticmethod
     def accurate() -> Elastic:
-        """The best alignment known, at about a fifth of the speed."""
+        """The best alignment known, at about a third of the speed."""
         # The second round has the grid of the first, with the rotations that the paths of the first ask for.
         rounds = Round(48, 32, 10), Round(24, 32, 12), Round(10, 96, 16), Round(4, 288, 12)
         return Elastic(rounds, paths=2, steps=6, knots=512, chunk=16)

@@ -117,9 +117,7 @@ class Matching:
             if getattr(self, name) not in get_args(kind):
                 raise ValueError(f"{name} must be one of {', '.join(get_args(kind))}, found {getattr(self, name)!r}")
         if self.aligner.mirror:
-            raise ValueError(
-                f"parts are compared without mirror images: give an aligner with mirror=False, not {self.aligner}"
-            )
+            raise ValueError(f"parts are compared without mirror images, found {self.aligner}: leave mirror=False")
         if not isinstance(self.candidates, int) or self.candidates < 0:
             raise ValueError(f"candidates must be a whole number, 0 or more, found {self.candidates!r}")
         for name in ("length_weight", "level_set_weight", "isometry_weight", "isometry_limit", "decay", "missing"):

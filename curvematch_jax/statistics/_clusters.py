@@ -43,7 +43,7 @@ def shape_kmeans(
 
     Args:
         clusters: how many.
-        aligner: `Aligner.fast()` unless given; `Aligner.accurate()` takes six times as long for all pairs.
+        aligner: `Aligner.fast()` unless given; `Aligner.accurate()` takes three times as long for all pairs.
         matrix: `distance_matrix(curves)`, where it is known already.
         progress: False, True for a bar on stderr, or a function of (done, total).
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from curvematch_jax.elastic import Rigid
 from curvematch_jax.retrieval import Matching
 from curvematch_jax.retrieval._ranking import fuse
 
@@ -16,6 +17,7 @@ from curvematch_jax.retrieval._ranking import fuse
         ({"missing": float("inf")}, "missing must be 0 or more"),
         ({"isometry_limit": -1.0}, "isometry_limit must be 0 or more"),
         ({"scale": 0.0}, "scale must be more than 0"),
+        ({"aligner": Rigid(mirror=True)}, "parts are compared without mirror images, found Rigid"),
     ],
 )
 def test_settings_out_of_range_are_refused(changes, message):

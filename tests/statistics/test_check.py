@@ -1,5 +1,7 @@
 """Hostile input to everything public: the right answer, or one sentence that names what was given."""
 
+import dataclasses
+
 import jax
 import numpy as np
 import pytest
@@ -165,3 +167,10 @@ def test_copies_are_their_own_mean_and_median(made):
 def test_hostile_curves_get_a_sentence(made, curves, said):
     with pytest.raises(ValueError, match=said):
         karcher_mean(curves(made.curves))
+
+
+def test_aligners_that_mirror_are_refused(made):
+    aligner = dataclasses.replace(FAST, mirror=True)
+    for refused in (karcher_mean, karcher_median, lambda c, aligner: shape_kmeans(c, 2, aligner)):
+        with pytest.raises(ValueError, match="statistics take curves as they are"):
+            refused(made.curves, aligner=aligner)
