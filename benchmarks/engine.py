@@ -12,7 +12,7 @@ the scaling is drawn beside the file.
     stages       microseconds a pair of each stage of a preset, and which stage bounds it
     geodesics    closed geodesics a second, from aligned pairs
     peer         fdasrsf (closed curves, rotation, its default dynamic programming): its speed, and its distances
-                 beside ours; install it with the `test` extra
+                 beside ours; left out where it is not installed: it is in the extra `oracles`
     scaling      seconds and peak memory against the number of pairs, and against samples
     baseline     with `--baseline`: the first four of these of the package of another commit, from a temporary checkout,
                  each right after ours; `times_faster` is how many times as fast ours are. The last commit of the first
@@ -27,6 +27,7 @@ import warnings
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import jax
@@ -158,7 +159,7 @@ def here(plan: Plan, speeds: dict) -> dict:
         found["stages"][name] = stages(PRESETS[name], first, second)
     say("geodesics")
     found["geodesics"] = geodesics(first[: plan.geodesics], second[: plan.geodesics], PRESETS["fast"])
-    if plan.peer_pairs:
+    if plan.peer_pairs and find_spec("fdasrsf"):
         say("fdasrsf")
         found["peer"] = beside_fdasrsf(first[: plan.peer_pairs], second[: plan.peer_pairs], speeds)
     return found

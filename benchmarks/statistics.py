@@ -23,6 +23,7 @@ import contextlib
 import io
 import time
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,8 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
+    if not find_spec("fdasrsf"):
+        raise ImportError("fdasrsf is what this compares with, and not installed: pip install fdasrsf")
     made = leaves(arguments.curves, seed=1, n=arguments.samples)
     results = {
         "planar": {"curvematch_jax": ours(made), "fdasrsf": theirs(made)},
