@@ -22,8 +22,9 @@ _SMALL = 8  # pairs in the chunk of a small batch
 def align(curve1: ArrayLike, curve2: ArrayLike, aligner: Aligner | None = None) -> Alignment:
     """Lay two closed curves onto each other by rotation, start point and reparametrisation.
 
-    Position and scale play no part; reflection and reversal are never used. When the curves are exchanged, so are the
-    warps, and the rotation is turned back; the distance is the same. Repeated samples are harmless, unless the arrays
+    Position and scale play no part; reflection and reversal are used only by aligners with `mirror`, and then together.
+    When the curves are exchanged, so are the warps, and the rotation is turned back; the distance is the same, and a
+    path that mirrors is run through in the sense of the new curve1. Repeated samples are harmless, unless the arrays
     are traced. The path has no derivatives: `elastic_distance` has.
 
     Args:

@@ -55,7 +55,8 @@ def alignment_distance(
 
     It is what an `Alignment` certifies: the angle between `q1(warp1) sqrt(warp1')` and `R q2(warp2) sqrt(warp2')`, with
     the trigonometric interpolants of the curves, the warps linear between their samples, and the midpoint rule on
-    pieces of their intervals, at least 32 to a sample of the curves. The batches broadcast.
+    pieces of their intervals, at least 32 to a sample of the curves. A curve whose warp falls is run through backwards:
+    its SRVF changes sign. The batches broadcast.
 
     Raises `ValueError` as `align`, and for what is no rotation and pair of warps of these curves.
     """

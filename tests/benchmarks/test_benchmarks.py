@@ -149,9 +149,8 @@ def test_a_benchmark_records_its_results_and_where_they_are_from(name, tmp_path)
 
 def test_without_a_file_results_are_printed(tmp_path, capsys):
     assert main(["outlines", outlines(tmp_path), "--presets", "rigid", "--samples", "32"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["outlines"] == 6
-    assert 0 < found["presets"]["rigid"]["plain"]["nn"] <= 1
+    row = json.loads(capsys.readouterr().out)["presets"]["rigid"]["plain"]
+    assert row["pairs_per_second"] * row["seconds"] == pytest.approx(15, rel=1e-3)
 
 
 def test_what_cannot_be_measured_is_said_in_one_line(tmp_path, capsys):
